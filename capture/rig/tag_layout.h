@@ -1,0 +1,52 @@
+#pragma once
+// Which AprilTag is glued where: tag id -> tentacle, facet, side, and its corners in the flat sheet.
+//
+// A tag's size is its printed footprint with the white ring; its corners (what the detector reports) are
+// those of the black border inside that ring.
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "model/fold/design.h"
+#include "model/fold/gripper.h"
+#include "model/result.h"
+
+namespace tendril {
+
+enum class TagSide { kOuter, kInner };  // outer: the face whose normal is +x in the sheet's frame
+
+struct TagPlace {
+  int id = 0;
+  int tentacle = 0;
+  int facet = 0;
+  TagSide side = TagSide::kOuter;
+  double footprint = 0;  // printed side with the white ring, m
+  // Corners of the black border in the sheet's frame, in the detector's order (counter-clockwise in the image
+  // of an upright tag, from the bottom left), m                                                  (3, 4)
+  Eigen::Matrix<double, 3, 4> corners_in_sheet;
+};
+
+struct TagLayoutOptions {
+  std::string family = "tag36h11";
+  double footprint = 0;              // m; 0: the largest that fits every facet, at most largest_footprint
+  double largest_footprint = 0.008;  // m
+  double clearance = 0.0003;         // kept free around holes, creases and edges, m
+  int first_id = 0;
+};
+
+struct TagLayout {
+  std::string family;
+  std::vector<TagPlace> tags;  // ascending id
+
+  const TagPlace* Find(int id) const;
+};
+
+// Two tags (outer, inner) on every facet that can hold one. Ids ascend over tentacle, facet, side.
+//   errors  kBadInput: no room for a tag of the size asked for (names the facet and what would fit);
+//           the family has too few ids for the gripper
+Result<TagLayout> LayOutTags(const TentacleDesign& design, const Gripper& gripper,
+                             const TagLayoutOptions& options = {});
+
+}  // namespace tendril
