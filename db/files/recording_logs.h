@@ -1,0 +1,71 @@
+#pragma once
+// The text files of a recording: frame times, servo log, tag detections, as CSV (docs/formats.md).
+//
+// Recorded stamps stay integers: ns of the clock that the name says (host: UTC since 1970). Readers check
+// every field; an error names file:line, field, value and what was expected. Lines may end in LF or CRLF.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/result.h"
+
+namespace tendril {
+
+// cam<i>.csv: frame,frame_id,device_ns,host_ns,status,dropped_before
+struct FrameRow {
+  std::int64_t frame = 0;     // index in the video file, 0, 1, 2, ...
+  std::int64_t frame_id = 0;  // the camera's own counter
+  std::int64_t device_ns = 0;
+  std::int64_t host_ns = 0;
+  std::string status = "ok";
+  std::int64_t dropped_before = 0;  // frames lost between the one before and this one
+};
+
+// servo.csv: host_ns,device_ms,servo,command,position_deg,current_mA,voltage_V,temperature_degC; empty where
+// a servo does not report it.
+struct ServoRow {
+  std::int64_t host_ns = 0;
+  std::optional<std::int64_t> device_ms;
+  int servo = 0;
+  std::optional<double> command;  // commanded pull, fraction of the flat tendon length
+  std::optional<double> position_deg;
+  std::optional<double> current_mA;
+  std::optional<double> voltage_V;
+  std::optional<double> temperature_degC;
+};
+
+// detections.csv: camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3
+struct DetectionRow {
+  int camera = 0;
+  std::int64_t frame = 0;
+  int tag = 0;
+  int hamming = 0;
+  double margin = 0;                       // the detector's decision margin
+  Eigen::Matrix<double, 2, 4> corners_px;  // in the detector's order (capture/rig/tag_layout.h)
+};
+
+//   errors  kNotFound no such file; kBadInput a bad header or field, a truncated last line. A file of a
+//   header
+//           alone is a recording of nothing: no rows, no error.
+//   ReadFrameLog also demands frame = 0, 1, 2, ...; frame_id and host_ns that never fall.
+Result<std::vector<FrameRow>> ReadFrameLog(const std::filesystem::path& file);
+Result<std::vector<ServoRow>> ReadServoLog(const std::filesystem::path& file);
+Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& file);
+
+// Written beside the target and renamed: a reader sees the whole file or none.
+Status WriteFrameLog(const std::filesystem::path& file, std::span<const FrameRow> rows);
+Status WriteServoLog(const std::filesystem::path& file, std::span<const ServoRow> rows);
+Status WriteDetections(const std::filesystem::path& file, std::span<const DetectionRow> rows);
+
+// For a recorder that appends as it goes: the header line, and one row's line (both with their newline).
+std::string FrameLogHeader();
+std::string FrameLogLine(const FrameRow& row);
+std::string ServoLogHeader();
+std::string ServoLogLine(const ServoRow& row);
+
+}  // namespace tendril

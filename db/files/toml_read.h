@@ -1,0 +1,104 @@
+#pragma once
+// Reading our TOML files: each key is asked for once, with its target, bounds and unit. What was not asked
+// for is an unknown key, and an error that suggests the nearest known one.
+//
+//   auto toml = TomlDocument::Parse(text, "paper.toml");          // syntax errors end here
+//   TomlTable tentacle = toml.value().Table("tentacle");           // a missing table reads as empty
+//   tentacle.Number("length", design.length, Above(0, "m"));       // optional: keeps the target's value
+//   tentacle.Degrees("alpha_deg", design.alpha, Between(0, 180, "deg"));
+//   tentacle.Required().Text("name", name);                        // the next key asked for must be there
+//   if (Status s = toml.value().Finish(); !s.ok()) return s;      // the first error, as file:line: field:
+//   ...
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/result.h"
+
+namespace tendril {
+
+// Which numbers a key takes.
+struct Bounds {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;   // low itself is not taken
+  bool high_open = false;  // nor high
+  std::string unit;        // shown in messages
+};
+Bounds Finite(std::string unit = "");
+Bounds Above(double low, std::string unit = "");
+Bounds AtLeast(double low, std::string unit = "");
+Bounds Between(double low, double high, std::string unit = "");  // both taken
+Bounds Within(double low, double high, std::string unit = "");   // neither taken
+
+class TomlDocument;
+
+// One table of a document. Reading never fails at once: the document keeps the errors until Finish().
+class TomlTable {
+ public:
+  struct Node;  // the parsed table behind it
+
+  // Targets keep their value where the key is absent. True if the key was there and good.
+  bool Number(const std::string& key, double& target, const Bounds& bounds = Finite());
+  bool Degrees(const std::string& key, double& target_rad, const Bounds& bounds_deg = Finite("deg"));
+  bool Integer(const std::string& key, std::int64_t& target, const Bounds& bounds = Finite());
+  bool Integer(const std::string& key, int& target, const Bounds& bounds = Finite());
+  bool Flag(const std::string& key, bool& target);
+  bool Text(const std::string& key, std::string& target);
+  bool Choice(const std::string& key, std::string& target, const std::vector<std::string>& known);
+  bool Vector(const std::string& key, Eigen::Vector3d& target, const Bounds& bounds = Finite());
+  bool Numbers(const std::string& key, std::vector<double>& target, const Bounds& bounds = Finite());
+
+  // The next key asked for must be there.
+  TomlTable& Required();
+
+  TomlTable Table(const std::string& key);                // [key]; empty where absent
+  std::vector<TomlTable> Tables(const std::string& key);  // [[key]]
+
+  bool Has(const std::string& key) const;  // does not count as asking
+  bool exists() const;                     // whether the file has this table
+
+  // An error of the caller's own about one of this table's keys: `file:line: field = value: expected ...`.
+  void Reject(const std::string& key, const std::string& expected);
+
+ private:
+  friend class TomlDocument;
+  std::shared_ptr<Node> node_;
+  bool required_ = false;
+};
+
+class TomlDocument {
+ public:
+  static Result<TomlDocument> Parse(const std::string& text, const std::string& name_in_messages);
+  static Result<TomlDocument> Read(const std::filesystem::path& file);
+
+  TomlTable& Root();
+  TomlTable Table(const std::string& key) { return Root().Table(key); }
+  std::vector<TomlTable> Tables(const std::string& key) { return Root().Tables(key); }
+
+  // Unknown keys first (a misspelt key explains the missing one), then what was wrong, in the file's order.
+  Status Finish();
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+  TomlTable root_;
+};
+
+// The known name nearest to `name` by edit distance; none if all are too far to be a slip.
+std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
+
+// TOML text of values: a quoted string (multi-line if it has lines), the shortest decimal that reads back as
+// the same double, and the shortest degrees that read back as the same radians.
+std::string TomlText(const std::string& text);
+std::string TomlNumber(double value);
+std::string TomlDegrees(double radians);
+double RadiansOfDegrees(double degrees);  // as every file reads *_deg keys
+
+}  // namespace tendril

@@ -1,0 +1,70 @@
+#pragma once
+// Asking a lab: which trials there are, what is known about one, how often grasps succeed.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "db/files/trial_toml.h"
+#include "db/lab.h"
+#include "model/result.h"
+
+namespace tendril {
+
+// The id of a trial that a person named by its id, a unique beginning of it, or its label.
+//   errors  kNotFound (suggests the nearest label); kBadInput several fit (names some)
+Result<std::string> FindTrial(Lab& lab, const std::string& name);
+
+struct TrialOverview {
+  std::string id;
+  std::string label;
+  TrialKind kind = TrialKind::kReal;
+  TrialState state = TrialState::kRecording;
+  std::int64_t started_ns = 0;
+  std::string design;
+  std::string object;
+  std::string medium;
+  double distance = 0;  // carrier to object, m
+  double pull = 0;
+  bool voided = false;
+  std::optional<bool> grasped;  // the outcome that counts; none: not judged
+};
+
+struct TrialFilter {
+  std::optional<TrialKind> kind;  // none: all kinds, each row says which
+  std::optional<TrialState> state;
+  std::optional<std::string> design;  // as the overview shows it
+};
+
+// In order of their ids, which is that of time.
+Result<std::vector<TrialOverview>> ListTrials(Lab& lab, const TrialFilter& filter = {});
+
+// The trial's own trial.toml.
+Result<TrialSpec> LoadTrial(Lab& lab, const std::string& id);
+
+// One group of trials that share their keys' values.
+struct RateGroup {
+  std::vector<std::pair<std::string, std::string>> keys;  // (name, value), as asked for
+  std::int64_t trials = 0;                                // judged
+  std::int64_t grasped = 0;
+};
+
+struct RateQuestion {
+  std::vector<std::string> by;                             // names of RateKeys()
+  std::vector<std::pair<std::string, std::string>> where;  // (name, value)
+  TrialKind kind = TrialKind::kReal;
+};
+
+// Names that `by` and `where` take: design, object, medium, distance, pull, ...
+const std::vector<std::string>& RateKeys();
+
+// Success counts over trials of that kind that are recorded or degraded, judged and not void.
+//   errors  kBadInput an unknown name (suggests the nearest), a value of `where` that is not a number
+Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& question);
+
+// How many trials count for a rate, by kind: for "this lab has no real trial, but 12 virtual ones".
+Result<std::vector<std::pair<TrialKind, std::int64_t>>> JudgedByKind(Lab& lab);
+
+}  // namespace tendril
