@@ -25,14 +25,16 @@ struct TagPlace {
   double footprint = 0;  // printed side with the white ring, m
   // Corners of the black border in the sheet's frame, in the detector's order (counter-clockwise in the image
   // of an upright tag, from the bottom left), m                                                  (3, 4)
+  // The tag's top is toward the tip; seen from outside its right is +y, seen from inside -y.
   Eigen::Matrix<double, 3, 4> corners_in_sheet;
 };
 
 struct TagLayoutOptions {
   std::string family = "tag36h11";
-  double footprint = 0;              // m; 0: the largest that fits every facet, at most largest_footprint
-  double largest_footprint = 0.008;  // m
-  double clearance = 0.0003;         // kept free around holes, creases and edges, m
+  double footprint = 0;               // m; 0: the largest that fits every facet, at most largest_footprint
+  double largest_footprint = 0.008;   // m
+  double smallest_footprint = 0.003;  // m; with footprint 0, facets that cannot hold this much carry no tag
+  double clearance = 0.0003;          // kept free around holes, creases and edges, m
   int first_id = 0;
 };
 
