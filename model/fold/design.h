@@ -46,7 +46,7 @@ struct TentacleLayout {
   Eigen::VectorXd half_spacing;  // d_i: crease to either neighbouring hole, m          (H-1)
   Eigen::VectorXd width;         // w_i: ribbon width at the crease's centre, m         (H-1)
   Eigen::VectorXd stiffness;  // relative to a crease of base width: (w/w_b)^p, times the ratio for beta (H-1)
-  double base_z = 0;          // the sheet's cut ends, m: base_z < 0 < tip_z
+  double base_z = 0;          // the sheet's cut ends, m: base_z <= 0 < tip_z
   double tip_z = 0;
   std::vector<Eigen::Matrix3Xd> facets;  // corners in the sheet's frame, counter-clockwise seen from +x  (H)
 };
@@ -58,6 +58,9 @@ Status CheckDesign(const TentacleDesign& design);
 // the holes do not use of the length is shared equally by the two ends.
 //   errors  as CheckDesign; kBadInput if the holes need more than the cut length
 Result<TentacleLayout> LayOut(const TentacleDesign& design);
+
+// The ribbon's width at z of the sheet, m; linear over the cut length (docs/physics.md, "Widths").
+double WidthAt(const TentacleDesign& design, const TentacleLayout& layout, double z);
 
 // The design whose tentacle coils with the opposite chirality: every crease angle a becomes pi - a.
 TentacleDesign Mirrored(TentacleDesign design);

@@ -19,8 +19,11 @@ struct FacetChain {
   std::vector<Eigen::Isometry3d> tentacle_from_sheet;  // (facets)
 };
 
-// angle: phi_i, rad (creases).
+// angle: phi_i, rad (creases). A law's or any others in [-pi/2, pi/2]; negative turns the other way.
+// The second form reuses what `chain` holds: in a loop it allocates nothing.
 FacetChain FoldChain(const TentacleLayout& layout, const Eigen::Ref<const Eigen::VectorXd>& angle);
+void FoldChain(const TentacleLayout& layout, const Eigen::Ref<const Eigen::VectorXd>& angle,
+               FacetChain& chain);
 
 // One frame per tendon segment (hole i to hole i+1). Rows of Q are the directors d1, d2, d3.
 struct TendonCurve {
@@ -30,11 +33,22 @@ struct TendonCurve {
   Eigen::Matrix3Xd turning;             // -vee(log(Q_{i+1} Q_i^T)) at hole i+1, rad         (3, H-2)
 };
 
+// chain: FoldChain(layout, angle). Frames, lengths and turning come from the angles in closed form, not from
+// differences of holes, so they keep their digits flat and closed. Creases need not lie midway (a layout may
+// be measured or perturbed): d1 is then the mean normal made perpendicular to the chord. The second form
+// reuses what `curve` holds.
 TendonCurve TendonCurveOf(const TentacleLayout& layout, const FacetChain& chain,
                           const Eigen::Ref<const Eigen::VectorXd>& angle);
+void TendonCurveOf(const TentacleLayout& layout, const FacetChain& chain,
+                   const Eigen::Ref<const Eigen::VectorXd>& angle, TendonCurve& curve);
 
 // The curve on which everything else agrees: nodes are the holes; a node's normal is the mean of its two
 // segments' d1, made perpendicular to the mean of their d3.
 FramedCurve NodesAtHoles(const TendonCurve& curve);
+
+// The pull that the rigid shape really has: the share by which the holes drew together, 1 - sum l_i / L. Law
+// `paper` counts 2 d cos(phi) per crease, the truth is 2 d sqrt(1 - sin^2(a) sin^2(phi)); they differ where
+// creases are oblique. Absolute error about 1e-15.
+double KinematicPull(const TentacleLayout& layout, const TendonCurve& curve);
 
 }  // namespace tendril

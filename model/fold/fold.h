@@ -24,8 +24,11 @@ double LargestPull(double closed_angle);
 // crease's stiffness as a width: w_b * layout.stiffness_i (so that p = 1, ratio = 1 give the paper's w_i).
 //   pull     fraction of the tendon's flat length that is taken in, 0 .. LargestPull()
 //   returns  angles to 1e-12 relative, from pull 1e-300 to the last pull below reach; pull 0 gives k = 0
-//   exactly errors   kBadInput pull < 0 or not finite; kUnreachable pull > LargestPull(), the message names
-//   that bound source   paper, Methods, the equation of L_t(gamma); docs/physics.md, "Fold angles"
+//   exactly errors   kBadInput    pull < 0 or not finite
+//            kUnreachable pull > LargestPull(); the message names that bound
+//   source   paper, Methods, the equation of L_t(gamma); docs/physics.md, "Fold angles"
+// Solved for the shortening, sum_i 4 d_i sin^2(phi_i / 2) = pull L, because 1 - cos loses every digit near
+// the flat state. closed_angle = pi / 2 stands for a right angle: a closed perpendicular crease's holes meet.
 Result<Fold> SolveFold(const TentacleLayout& layout, double base_width, double closed_angle, double pull);
 
 // The same for a design; lays it out first.
