@@ -1,0 +1,63 @@
+#pragma once
+// Observations made ready for the fold fit: which nodes count, how a frame's pull follows from the command,
+// and what is left out and why. Internal to calibrate/fold.
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/fold/fold_fit.h"
+#include "calibrate/fold/shape_residual.h"
+
+namespace tendril {
+
+enum class PullSource {
+  kSettled,  // pull_scale * command
+  kLagged,   // pull_scale * (command - lag), one lag per tentacle and trial
+  kFree,     // fitted for this frame alone
+};
+
+struct FitFrame {
+  std::size_t observation = 0;  // index into the caller's observations
+  const TentacleDesign* design = nullptr;
+  const TentacleLayout* layout = nullptr;
+  int trial = 0;
+  double commanded_pull = 0;
+  SeenNodes seen;
+  PullSource source = PullSource::kSettled;
+  int nuisance = -1;  // index of its lag or free pull; -1: none
+};
+
+struct FitFrames {
+  std::vector<FitFrame> frames;
+  std::map<std::string, TentacleLayout> layouts;  // by the design's numbers; frames point into it
+  std::vector<std::string> trials;
+  std::vector<double> nuisance_start;  // lag (pull fraction) or free pull
+  std::vector<PullSource> nuisance_kind;
+  std::vector<LeftOut> left_out;
+};
+
+//   errors  kBadInput as FitFold
+Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations, const FoldFitOptions& options);
+
+// The three parameters as the solver sees them: pull_scale, ln stiffness_ratio, stiffness_exponent.
+using FoldVector = Eigen::Vector3d;
+
+// A frame's residual with its derivatives by the three parameters and by its nuisance.
+struct FrameResidual {
+  int group = 1;
+  Eigen::VectorXd value;  // in sigmas                                  (rows)
+  Eigen::Matrix<double, Eigen::Dynamic, 3> slope;
+  Eigen::VectorXd nuisance_slope;  // zero where the frame has none              (rows)
+};
+
+// The tentacle's pull in a frame. None: negative, or beyond reach.
+std::optional<double> EffectivePull(const FitFrame& frame, const FoldVector& parameters, double nuisance);
+
+// None where the pull cannot be.
+std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const FoldVector& parameters,
+                                           double nuisance, const ShapeResidualOptions& options);
+
+}  // namespace tendril

@@ -1,0 +1,444 @@
+#include "calibrate/fold/fold_fit.h"
+
+#include <ceres/ceres.h>
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include "calibrate/fold/fit_frames.h"
+#include "calibrate/fold/fit_information.h"
+#include "calibrate/student_t.h"
+#include "model/fold/fold.h"
+
+namespace tendril {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const char* const kNames[kFoldParameters] = {"pull_scale", "stiffness_ratio", "stiffness_exponent"};
+
+// One frame. A group of residuals longer than `huber` counts linearly: it is shortened so that half its
+// square is Huber's loss, which keeps the problem a plain least-squares one.
+class FrameCost final : public ceres::CostFunction {
+ public:
+  FrameCost(const FitFrame& frame, const ShapeResidualOptions& options, double huber)
+      : frame_(frame), options_(options), huber_(huber) {
+    set_num_residuals(ResidualRows(frame.seen, frame.design->holes, options));
+    mutable_parameter_block_sizes()->push_back(kFoldParameters);
+    if (frame.nuisance >= 0) mutable_parameter_block_sizes()->push_back(1);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const double nuisance = frame_.nuisance >= 0 ? parameters[1][0] : 0;
+    std::optional<FrameResidual> at = EvaluateFrame(
+        frame_, FoldVector(parameters[0][0], parameters[0][1], parameters[0][2]), nuisance, options_);
+    if (!at) return false;
+    for (Eigen::Index row = 0; row < at->value.size(); row += at->group) {
+      const double length = at->value.segment(row, at->group).norm();
+      if (length <= huber_) continue;
+      const double root = std::sqrt(huber_ * (2 * length - huber_));
+      const double factor = root / length;
+      const double factor_slope = huber_ / (root * length) - root / (length * length);
+      const Eigen::VectorXd r = at->value.segment(row, at->group);
+      const Eigen::MatrixXd change = factor * Eigen::MatrixXd::Identity(at->group, at->group) +
+                                     (factor_slope / length) * r * r.transpose();
+      const Eigen::MatrixXd slope = change * at->slope.middleRows(row, at->group);
+      const Eigen::VectorXd nuisance_slope = change * at->nuisance_slope.segment(row, at->group);
+      at->slope.middleRows(row, at->group) = slope;
+      at->nuisance_slope.segment(row, at->group) = nuisance_slope;
+      at->value.segment(row, at->group) = factor * r;
+    }
+    Eigen::Map<Eigen::VectorXd>(residuals, at->value.size()) = at->value;
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kFoldParameters, Eigen::RowMajor>>(
+          jacobians[0], at->value.size(), kFoldParameters) = at->slope;
+    }
+    if (frame_.nuisance >= 0 && jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::VectorXd>(jacobians[1], at->value.size()) = at->nuisance_slope;
+    }
+    return true;
+  }
+
+ private:
+  const FitFrame& frame_;
+  const ShapeResidualOptions& options_;
+  double huber_;
+};
+
+class AskToGoOn final : public ceres::IterationCallback {
+ public:
+  AskToGoOn(const Progress& progress, double from, double to, int most)
+      : progress_(progress), from_(from), to_(to), most_(most) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (!progress_) return ceres::SOLVER_CONTINUE;
+    const double share = std::min(1.0, static_cast<double>(summary.iteration) / most_);
+    return progress_(from_ + (to_ - from_) * share) ? ceres::SOLVER_CONTINUE : ceres::SOLVER_ABORT;
+  }
+
+ private:
+  const Progress& progress_;
+  double from_;
+  double to_;
+  int most_;
+};
+
+struct Solution {
+  FoldVector parameters;
+  std::vector<double> nuisances;
+  int iterations = 0;
+  bool converged = false;
+  std::string message;
+};
+
+struct Solving {
+  const FoldFitOptions& options;
+  const Progress& progress;
+  double from = 0;  // share of all the work that is done before this solve, and after
+  double to = 1;
+};
+
+Status Solve(const FitFrames& frames, const HeldParameters& held, double huber, const Solving& how,
+             Solution& solution) {
+  try {
+    ceres::Problem problem;
+    problem.AddParameterBlock(solution.parameters.data(), kFoldParameters);
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    ordering->AddElementToGroup(solution.parameters.data(), 1);
+    bool eliminates = false;
+    for (const FitFrame& frame : frames.frames) {
+      std::vector<double*> blocks = {solution.parameters.data()};
+      if (frame.nuisance >= 0) {
+        double* const nuisance = &solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
+        blocks.push_back(nuisance);
+        ordering->AddElementToGroup(nuisance, 0);
+        eliminates = true;
+      }
+      problem.AddResidualBlock(new FrameCost(frame, how.options.residual, huber), nullptr, blocks);
+      if (frame.source == PullSource::kFree) {
+        problem.SetParameterLowerBound(blocks[1], 0, 1e-9);
+        problem.SetParameterUpperBound(blocks[1], 0, LargestPull(frame.design->closed_angle));
+      }
+    }
+    std::vector<int> constant;
+    for (int i = 0; i < kFoldParameters; ++i) {
+      if (held[static_cast<std::size_t>(i)]) constant.push_back(i);
+    }
+    if (constant.size() == kFoldParameters) {
+      problem.SetParameterBlockConstant(solution.parameters.data());
+    } else if (!constant.empty()) {
+      problem.SetManifold(solution.parameters.data(), new ceres::SubsetManifold(kFoldParameters, constant));
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = eliminates ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
+    if (eliminates) options.linear_solver_ordering = ordering;
+    options.max_num_iterations = how.options.iterations;
+    options.function_tolerance = 1e-13;
+    options.gradient_tolerance = 1e-13;
+    options.parameter_tolerance = 1e-11;
+    options.logging_type = ceres::SILENT;
+    options.num_threads = 1;
+    AskToGoOn ask(how.progress, how.from, how.to, how.options.iterations);
+    options.callbacks.push_back(&ask);
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    if (summary.termination_type == ceres::USER_FAILURE) {
+      return Error{ErrorKind::kStopped, "the fit was asked to stop"};
+    }
+    solution.iterations += static_cast<int>(summary.iterations.size());
+    solution.converged = summary.termination_type == ceres::CONVERGENCE;
+    solution.message = summary.message;
+  } catch (const std::exception& error) {
+    return Error{ErrorKind::kIo, fmt::format("the solver failed: {}", error.what())};
+  }
+  return Ok{};
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// What the misfit looks like: per group of rows over all frames, and per frame.
+struct Misfit {
+  double group_scale = 0;         // robust standard deviation of a row, sigmas
+  std::vector<double> frame_rms;  // per row, sigmas                                 (frames)
+};
+
+Misfit MisfitAt(const FitFrames& frames, const Solution& solution, const ShapeResidualOptions& options) {
+  Misfit misfit;
+  std::vector<double> lengths;
+  int group = 1;
+  for (const FitFrame& frame : frames.frames) {
+    const double nuisance =
+        frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
+    const std::optional<FrameResidual> at = EvaluateFrame(frame, solution.parameters, nuisance, options);
+    if (!at) {
+      misfit.frame_rms.push_back(0);
+      continue;
+    }
+    group = at->group;
+    for (Eigen::Index row = 0; row < at->value.size(); row += group) {
+      lengths.push_back(at->value.segment(row, group).norm());
+    }
+    misfit.frame_rms.push_back(std::sqrt(at->value.squaredNorm() / static_cast<double>(at->value.size())));
+  }
+  // Medians of the chi distribution with one and three degrees of freedom.
+  misfit.group_scale = Median(std::move(lengths)) / (group == 3 ? 1.5382 : 0.6745);
+  return misfit;
+}
+
+double HuberLength(const FitFrames& frames, const FoldFitOptions& options, double scale) {
+  const bool positions = options.residual.kind == ShapeResidualKind::kAlignedWindows;
+  (void)frames;
+  return options.huber * std::max(scale, 0.05) * (positions ? std::sqrt(3.0) : 1.0);
+}
+
+// Frames that no setting of the parameters explains, moved from the used to the left out.
+int DropOutlierFrames(FitFrames& frames, const Misfit& misfit, const FoldFitOptions& options) {
+  const double usual = std::max(Median(misfit.frame_rms), 0.2);
+  std::vector<FitFrame> kept;
+  int dropped = 0;
+  for (std::size_t i = 0; i < frames.frames.size(); ++i) {
+    if (misfit.frame_rms[i] <= options.outlier_frame * usual) {
+      kept.push_back(std::move(frames.frames[i]));
+      continue;
+    }
+    ++dropped;
+    frames.left_out.push_back(
+        {frames.frames[i].observation,
+         fmt::format("its shape is {:.1f} times as far from the model as the median frame's",
+                     misfit.frame_rms[i] / usual)});
+  }
+  frames.frames = std::move(kept);
+  return dropped;
+}
+
+std::string WhyUnidentified(const FitFrames& frames, const FoldFitOptions& options, const Unidentified& one,
+                            std::span<const FoldObservation> observations) {
+  double largest_pull = 0;
+  double widest = 0;
+  double narrowest = std::numeric_limits<double>::infinity();
+  int creases = 0;
+  bool settled = false;
+  for (const FitFrame& frame : frames.frames) {
+    largest_pull = std::max(largest_pull, frame.commanded_pull);
+    widest = std::max(widest, frame.layout->width.maxCoeff());
+    narrowest = std::min(narrowest, frame.layout->width.minCoeff());
+    creases = std::max(creases, static_cast<int>(frame.layout->width.size()));
+    settled = settled || (frame.source != PullSource::kFree && frame.commanded_pull > 0);
+  }
+  (void)observations;
+  if (largest_pull == 0) return "every frame's commanded pull is 0: the tentacles are flat";
+  if (one.parameter == 0 && !settled) {
+    return fmt::format(
+        "in no frame has the command stood still, or kept its rate, for {} s: the tentacles' lag "
+        "hides their pull",
+        options.longest_lag);
+  }
+  if (one.parameter == 1 && creases < 2) return "the tentacles have a single crease";
+  if (one.parameter == 2 && widest - narrowest <= 1e-9 * widest) {
+    return fmt::format("the tentacles do not taper: every crease is {:.3g} mm wide", 1e3 * widest);
+  }
+  if (one.twin >= 0) {
+    return fmt::format("these shapes do not tell it from {}", kNames[one.twin]);
+  }
+  return fmt::format("the shapes hardly depend on it at the pulls observed (up to {:.3g})", largest_pull);
+}
+
+void FillParameter(FittedParameter& parameter, int index, double value, double variance, double quantile) {
+  parameter.value = index == 1 ? std::exp(value) : value;
+  const double error = std::sqrt(variance);
+  if (index == 1) {
+    // Fitted as a logarithm: the interval is that of the logarithm, and so never reaches 0.
+    parameter.standard_error = parameter.value * error;
+    parameter.interval = {parameter.value * std::exp(-quantile * error),
+                          parameter.value * std::exp(quantile * error)};
+  } else {
+    parameter.standard_error = error;
+    parameter.interval = {value - quantile * error, value + quantile * error};
+  }
+}
+
+// Covariance of (.., ln ratio, ..) to that of (.., ratio, ..).
+Eigen::Matrix3d WithRatio(Eigen::Matrix3d covariance, double ratio) {
+  covariance.row(1) *= ratio;
+  covariance.col(1) *= ratio;
+  return covariance;
+}
+
+double ResidualRms(const FitFrames& frames, const Solution& solution) {
+  double squares = 0;
+  double nodes = 0;
+  for (const FitFrame& frame : frames.frames) {
+    const double nuisance =
+        frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
+    const std::optional<double> pull = EffectivePull(frame, solution.parameters, nuisance);
+    if (!pull) continue;
+    const Result<FoldTangent> fold =
+        FoldAt(*frame.design, *frame.layout, *pull, solution.parameters[1], solution.parameters[2]);
+    if (!fold.ok()) continue;
+    const double rms = AlignedRms(MoveNodes(*frame.layout, fold.value()).nodes, frame.seen);
+    const double count = static_cast<double>(frame.seen.index.size());
+    squares += rms * rms * count;
+    nodes += count;
+  }
+  return nodes > 0 ? std::sqrt(squares / nodes) : 0;
+}
+
+Status CheckOptions(const FoldFitOptions& o) {
+  const auto wrong = [](const char* field, double value, const char* expected) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("fit option {} is {}; expected {}", field, value, expected)};
+  };
+  if (o.residual.window < 4) return wrong("window", o.residual.window, "4 nodes or more");
+  if (!(o.residual.model_error > 0))
+    return wrong("model_error", o.residual.model_error, "a length above 0 m");
+  if (!(o.longest_lag >= 0)) return wrong("longest_lag", o.longest_lag, "a time of 0 s or more");
+  if (!(o.unknown_sigma > 0)) return wrong("unknown_sigma", o.unknown_sigma, "a length above 0 m");
+  if (o.fewest_nodes < 4) return wrong("fewest_nodes", o.fewest_nodes, "4 or more");
+  if (!(o.outlier_frame > 1)) return wrong("outlier_frame", o.outlier_frame, "a factor above 1");
+  if (!(o.huber > 0)) return wrong("huber", o.huber, "a factor above 0");
+  if (!(o.confidence > 0 && o.confidence < 1))
+    return wrong("confidence", o.confidence, "a share between 0 and 1");
+  if (o.iterations < 1) return wrong("iterations", o.iterations, "1 or more");
+  if (!(o.start_pull_scale > 0)) return wrong("start_pull_scale", o.start_pull_scale, "a factor above 0");
+  if (o.start_ratio <= 0) return wrong("start_ratio", o.start_ratio, "a factor above 0");
+  return Ok{};
+}
+
+Error NothingUsable(const FitFrames& frames, std::span<const FoldObservation> observations) {
+  std::string reasons;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, frames.left_out.size()); ++i) {
+    const LeftOut& out = frames.left_out[i];
+    reasons +=
+        fmt::format("{}trial {} tentacle {}: {}", i == 0 ? "" : "; ", observations[out.observation].trial,
+                    observations[out.observation].tentacle, out.reason);
+  }
+  return {ErrorKind::kBadInput,
+          fmt::format("none of the {} observed curves can be used: {}", observations.size(), reasons)};
+}
+
+}  // namespace
+
+Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const FoldFitOptions& options,
+                        const Progress& progress) {
+  const auto started = std::chrono::steady_clock::now();
+  if (const Status s = CheckOptions(options); !s.ok()) return s.error();
+  if (observations.empty())
+    return Error{ErrorKind::kBadInput, "no observed curves to fit; expected one or more"};
+  Result<FitFrames> prepared = PrepareFrames(observations, options);
+  if (!prepared.ok()) return prepared.error();
+  FitFrames frames = std::move(prepared).value();
+  if (frames.frames.empty()) return NothingUsable(frames, observations);
+
+  const TentacleDesign& first = *frames.frames.front().design;
+  Solution solution;
+  const double ratio = std::isnan(options.start_ratio) ? first.stiffness_ratio : options.start_ratio;
+  const double exponent =
+      std::isnan(options.start_exponent) ? first.stiffness_exponent : options.start_exponent;
+  if (!(ratio > 0) || !std::isfinite(ratio) || !std::isfinite(exponent)) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("design: stiffness_ratio {}, stiffness_exponent {}; expected a "
+                             "finite ratio above 0 and a finite exponent",
+                             ratio, exponent)};
+  }
+  const FoldVector start(options.start_pull_scale, std::log(ratio), exponent);
+  solution.parameters = start;
+  solution.nuisances = frames.nuisance_start;
+
+  FoldFit fit;
+  HeldParameters held{};
+  std::array<std::string, kFoldParameters> why;
+  const auto hold = [&](const std::vector<Unidentified>& found) {
+    for (const Unidentified& one : found) {
+      const std::size_t i = static_cast<std::size_t>(one.parameter);
+      held[i] = true;
+      solution.parameters[one.parameter] = start[one.parameter];
+      why[i] = WhyUnidentified(frames, options, one, observations);
+    }
+    return !found.empty();
+  };
+  double huber = 3 * HuberLength(frames, options, 1);
+  hold(FindUnidentified(
+      InformationAt(frames, solution.parameters, solution.nuisances, options.residual, huber), 1, held));
+
+  // A first look with a wide loss gives the scale of the misfit; the second is the fit. What turns out
+  // unidentified only there is held, and the fit made again.
+  if (const Status s = Solve(frames, held, huber, {options, progress, 0, 0.4}, solution); !s.ok())
+    return s.error();
+  const int dropped = DropOutlierFrames(frames, MisfitAt(frames, solution, options.residual), options);
+  if (dropped > 0) {
+    fit.warnings.push_back(
+        fmt::format("{} frames left out: their shapes are too far from the model's", dropped));
+  }
+  Information information;
+  for (int round = 0; round <= kFoldParameters; ++round) {
+    huber = HuberLength(frames, options, MisfitAt(frames, solution, options.residual).group_scale);
+    if (const Status s = Solve(frames, held, huber, {options, progress, 0.4, 1}, solution); !s.ok())
+      return s.error();
+    information = InformationAt(frames, solution.parameters, solution.nuisances, options.residual, huber);
+    if (!hold(FindUnidentified(information, information.row_variance, held))) break;
+  }
+
+  fit.trials = 0;
+  for (const TrialInformation& trial : information.trials)
+    fit.trials += trial.information.trace() > 0 ? 1 : 0;
+  const Eigen::Matrix3d naive = NaiveCovariance(information, information.row_variance, held);
+  fit.clustered = fit.trials > 1;
+  Eigen::Matrix3d covariance = fit.clustered ? ClusteredCovariance(information, held) : naive;
+  fit.degrees_of_freedom = std::max(1, fit.trials - 1);
+  const double quantile = fit.clustered
+                              ? StudentTQuantile(0.5 + options.confidence / 2, fit.degrees_of_freedom)
+                              : StudentTQuantile(0.5 + options.confidence / 2, 1e6);
+  for (int i = 0; i < kFoldParameters; ++i) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    FittedParameter& parameter = fit.parameters[at];
+    parameter.name = kNames[i];
+    parameter.value = i == 1 ? std::exp(solution.parameters[i]) : solution.parameters[i];
+    if (!held[at] && std::isfinite(covariance(i, i))) {
+      FillParameter(parameter, i, solution.parameters[i], covariance(i, i), quantile);
+      const double most = LargestStandardErrors()[at];
+      parameter.identified = std::sqrt(covariance(i, i)) <= most;
+      if (!parameter.identified) {
+        parameter.why = fmt::format("the trials disagree: its standard error, {:.2g}, is above {:.2g}",
+                                    std::sqrt(covariance(i, i)), most);
+      }
+    } else {
+      parameter.why =
+          held[at] ? why[at] : "only one of the trials tells of it: no standard error between trials";
+    }
+    if (!parameter.identified) {
+      fit.warnings.push_back(fmt::format("{} is not identified{}: {}", parameter.name,
+                                         held[at] ? fmt::format(" (held at {:.6g})", parameter.value) : "",
+                                         parameter.why));
+    }
+  }
+  if (!fit.clustered) {
+    fit.warnings.push_back(
+        "one trial only: standard errors take every node as independent and are too small; record more "
+        "trials");
+  }
+  fit.covariance = WithRatio(covariance, fit.parameters[1].value);
+  fit.naive_covariance = WithRatio(naive, fit.parameters[1].value);
+  fit.residual_rms = ResidualRms(frames, solution);
+  fit.frames_used = static_cast<int>(frames.frames.size());
+  fit.frames_settled =
+      static_cast<int>(std::count_if(frames.frames.begin(), frames.frames.end(),
+                                     [](const FitFrame& f) { return f.source == PullSource::kSettled; }));
+  fit.left_out = std::move(frames.left_out);
+  fit.iterations = solution.iterations;
+  fit.converged = solution.converged;
+  fit.message = solution.message;
+  if (!fit.converged) fit.warnings.push_back(fmt::format("the fit did not converge: {}", fit.message));
+  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return fit;
+}
+
+}  // namespace tendril

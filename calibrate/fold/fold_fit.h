@@ -1,0 +1,110 @@
+#pragma once
+// Which fold-model parameters explain observed shapes, and how surely? (docs/calibration.md)
+//
+// Three parameters: pull_scale (the tendon's real pull = pull_scale * commanded pull), stiffness_ratio (beta
+// creases / alpha creases) and stiffness_exponent (a crease's stiffness grows with width^p). Shapes are
+// compared free of pose. SI units.
+
+#include <Eigen/Core>
+#include <array>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/fold/shape_residual.h"
+#include "model/fold/design.h"
+#include "model/geometry/framed_curve.h"
+#include "model/progress.h"
+#include "model/result.h"
+
+namespace tendril {
+
+// One tentacle in one frame.
+struct FoldObservation {
+  std::string trial;  // observations of one trial may err together: standard errors allow for it
+  int tentacle = 0;
+  TentacleDesign design;      // of this tentacle (mirrored where the gripper mirrors it)
+  double time = 0;            // s since the trial began
+  double commanded_pull = 0;  // fraction
+  // How long, at this frame, the command has stood still, and how long its rate has been the same; s.
+  // A tentacle lags its command: only where the command has stood still long enough are the two equal.
+  double settled_for = std::numeric_limits<double>::infinity();
+  double steady_for = std::numeric_limits<double>::infinity();
+  FramedCurve curve;             // nodes are the holes
+  Eigen::VectorXd sigma;         // 1-sigma position error per node, m; NaN: not seen; no entries: not known
+  Eigen::VectorXi interpolated;  // 1: not seen, bridged; no entries: all seen
+};
+
+struct FoldFitOptions {
+  ShapeResidualOptions residual;
+  double longest_lag = 1.5;       // s: a tentacle has followed its command after this (delay and slower rate)
+  double unknown_sigma = 0.5e-3;  // m: for curves that come without sigma
+  int fewest_nodes = 6;           // a frame with fewer seen nodes is left out
+  double outlier_frame = 6;       // a frame whose RMS is this many times the median frame's is left out
+  double huber = 2.5;             // residuals beyond this many robust standard deviations count linearly
+  double confidence = 0.95;
+  int iterations = 100;
+  // Start, and what a parameter is held at that the data cannot identify. NaN: the first design's value.
+  double start_pull_scale = 1;
+  double start_ratio = std::numeric_limits<double>::quiet_NaN();
+  double start_exponent = std::numeric_limits<double>::quiet_NaN();
+};
+
+// (db/trial_store.h has a FitParameter of its own, for the row.)
+struct FittedParameter {
+  std::string name;  // pull_scale, stiffness_ratio, stiffness_exponent
+  double value = 0;  // where not identified: what it was held at
+  double standard_error = std::numeric_limits<double>::quiet_NaN();
+  struct Interval {
+    double low = std::numeric_limits<double>::quiet_NaN();
+    double high = std::numeric_limits<double>::quiet_NaN();
+  } interval;  // at options.confidence; NaN: none
+  bool identified = false;
+  std::string why;  // why not identified
+};
+
+struct LeftOut {
+  std::size_t observation = 0;  // index into the observations
+  std::string reason;
+};
+
+inline constexpr int kFoldParameters = 3;
+
+struct FoldFit {
+  std::array<FittedParameter, kFoldParameters> parameters;
+  // Of (pull_scale, stiffness_ratio, stiffness_exponent); NaN in rows and columns of what is not identified.
+  Eigen::Matrix3d covariance;        // clustered by trial; the naive one where there is one trial only
+  Eigen::Matrix3d naive_covariance;  // as if every node of every frame erred alone
+  bool clustered = false;
+  int degrees_of_freedom = 0;  // of the t quantile behind the intervals: trials - 1
+  double residual_rms = 0;     // aligned model - observed, seen nodes of the used frames, m
+  int trials = 0;
+  int frames_used = 0;
+  int frames_settled = 0;  // used frames whose pull the command states; the others' pull is fitted besides
+  std::vector<LeftOut> left_out;
+  int iterations = 0;
+  bool converged = false;
+  std::string message;  // why the solver stopped
+  std::vector<std::string> warnings;
+  double seconds = 0;
+};
+
+// Fits by least squares under a Huber loss.
+//
+// A frame's pull is the command's where it has stood still for longest_lag. Else the tentacle lags by an
+// unknown delay: if its trial has a settled frame at a pull above zero, the moving frames' pulls are fitted
+// one by one (they then tell of ratio and exponent only); if not, one lag per tentacle and trial is fitted to
+// the frames in which the command's rate has been steady for longest_lag.
+//
+// Standard errors: sandwich, clustered by trial, in the form of the linearised delete-one-trial jackknife
+// (which carries the small-sample correction); intervals by Student's t with trials - 1 degrees of freedom.
+// With one trial they fall back to independent nodes, which understates them: `clustered` and a warning say
+// so.
+//
+//   errors  kBadInput: no observations; a curve whose nodes are not the design's holes, or an option out of
+//           range (names them); no frame is usable (names the reasons); kStopped: progress said so
+Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const FoldFitOptions& options = {},
+                        const Progress& progress = {});
+
+}  // namespace tendril

@@ -1,0 +1,38 @@
+#pragma once
+// The fold model as the fit sees it: where the holes are at given parameters, and how they move when a
+// parameter changes. Derivatives are exact: the fold's scale k is differentiated through its equation (the
+// implicit function theorem), the chain as rigid bodies that turn about their creases.
+
+#include <Eigen/Core>
+#include <array>
+
+#include "model/fold/design.h"
+#include "model/result.h"
+
+namespace tendril {
+
+// The columns of every derivative here.
+enum FoldDirection { kEffectivePull = 0, kLogRatio = 1, kExponent = 2, kFoldDirections = 3 };
+
+struct FoldTangent {
+  Eigen::VectorXd angle;  // phi_i, rad                           (creases)
+  Eigen::Matrix<double, Eigen::Dynamic, kFoldDirections> slope;  // by pull, ln ratio, exponent (creases, 3)
+  int closed = 0;                                                // creases at phi_max
+};
+
+// Law `paper` (model/fold/fold.h) at a stiffness ratio exp(log_ratio) and a width exponent, which replace the
+// layout's own stiffness. A closed crease does not move. At pull 0 every slope is 0 by convention (that by
+// pull is infinite there; the holes' own slope is finite, but no parameter moves a pull of 0).
+//   errors  as SolveFold; kBadInput if log_ratio or exponent is not finite
+Result<FoldTangent> FoldAt(const TentacleDesign& design, const TentacleLayout& layout, double effective_pull,
+                           double log_ratio, double exponent);
+
+struct NodeMotion {
+  Eigen::Matrix3Xd nodes;                                  // holes in the tentacle's frame, m  (3, H)
+  std::array<Eigen::Matrix3Xd, kFoldDirections> velocity;  // their derivatives up to a rigid motion (3, H)
+};
+
+// Holes of the folded chain and their derivatives with facet 0 held still.
+NodeMotion MoveNodes(const TentacleLayout& layout, const FoldTangent& fold);
+
+}  // namespace tendril

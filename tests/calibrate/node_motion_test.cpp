@@ -1,0 +1,221 @@
+// calibrate/fold/node_motion.h, shape_residual.h: derivatives against numeric ones, the chain against one
+// that shares no code with it.
+#include "calibrate/fold/node_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "calibrate/fold/shape_residual.h"
+#include "tests/support/perturbed_tentacle.h"
+
+namespace tendril {
+namespace {
+
+struct Place {
+  double pull = 0.2, log_ratio = 0.3, exponent = 1.2;
+  double& operator[](int i) { return i == 0 ? pull : i == 1 ? log_ratio : exponent; }
+};
+
+TentacleDesign RandomDesign(std::mt19937_64& random) {
+  TentacleDesign d;
+  d.holes = 17;
+  d.taper = test::Uniform(random, 0.2, 1);
+  d.spacing_ratio = test::Uniform(random, 0.3, 1);
+  d.alpha = test::Uniform(random, 1.2, 1.9);
+  d.beta = test::Uniform(random, 1.0, 2.1);
+  return d;
+}
+
+TEST(FoldAt, SlopesAgreeWithCentralDifferences) {
+  std::mt19937_64 random(7);
+  for (int draw = 0; draw < 30; ++draw) {
+    const TentacleDesign design = RandomDesign(random);
+    const TentacleLayout layout = LayOut(design).value();
+    Place at{test::Uniform(random, 0.02, 0.6), test::Uniform(random, -1, 1), test::Uniform(random, -1, 3)};
+    const FoldTangent fold = FoldAt(design, layout, at.pull, at.log_ratio, at.exponent).value();
+    for (int k = 0; k < kFoldDirections; ++k) {
+      Place low = at, high = at;
+      const double step = 1e-6;
+      low[k] -= step;
+      high[k] += step;
+      const FoldTangent a = FoldAt(design, layout, low.pull, low.log_ratio, low.exponent).value();
+      const FoldTangent b = FoldAt(design, layout, high.pull, high.log_ratio, high.exponent).value();
+      if (a.closed != b.closed) continue;  // a kink of the law
+      const Eigen::VectorXd numeric = (b.angle - a.angle) / (2 * step);
+      EXPECT_LT((numeric - fold.slope.col(k)).cwiseAbs().maxCoeff(),
+                1e-6 * (1 + numeric.cwiseAbs().maxCoeff()))
+          << "draw " << draw << " direction " << k;
+    }
+  }
+}
+
+TEST(FoldAt, FlatHasNoSlopes) {
+  const TentacleDesign design;
+  const FoldTangent fold = FoldAt(design, LayOut(design).value(), 0, 0.5, 2).value();
+  EXPECT_EQ(fold.angle.norm(), 0);
+  EXPECT_EQ(fold.slope.norm(), 0);
+}
+
+TEST(FoldAt, AllClosedDoesNotMove) {
+  const TentacleDesign design;
+  const FoldTangent fold = FoldAt(design, LayOut(design).value(), 1, 0, 1).value();
+  EXPECT_TRUE(fold.slope.allFinite());
+  EXPECT_LT(fold.slope.col(kLogRatio).norm(), 1e-6);
+}
+
+TEST(FoldAt, RefusesWhatIsNotANumber) {
+  const TentacleDesign design;
+  EXPECT_FALSE(FoldAt(design, LayOut(design).value(), 0.1, std::nan(""), 1).ok());
+  EXPECT_FALSE(FoldAt(design, LayOut(design).value(), 1.5, 0, 1).ok());
+}
+
+// All distances between nodes, which no pose changes.
+Eigen::VectorXd Distances(const Eigen::Matrix3Xd& nodes) {
+  Eigen::VectorXd all(nodes.cols() * (nodes.cols() - 1) / 2);
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    for (Eigen::Index j = i + 1; j < nodes.cols(); ++j) all[k++] = (nodes.col(i) - nodes.col(j)).norm();
+  }
+  return all;
+}
+
+TEST(MoveNodes, AgreesWithAChainOfItsOwn) {
+  std::mt19937_64 random(11);
+  for (int draw = 0; draw < 10; ++draw) {
+    const TentacleDesign design = RandomDesign(random);
+    const TentacleLayout layout = LayOut(design).value();
+    const test::FoldTruth truth{1, 1.3, 0.8};
+    const Eigen::Matrix3Xd own = test::HolesAt(test::Draw(design, truth, test::kExactly, random), 0.3);
+    const NodeMotion motion = MoveNodes(layout, FoldAt(design, layout, 0.3, std::log(1.3), 0.8).value());
+    EXPECT_LT((Distances(own) - Distances(motion.nodes)).cwiseAbs().maxCoeff(), 1e-12);
+    SeenNodes seen;  // and it is no mirror image
+    seen.index = Eigen::VectorXi::LinSpaced(own.cols(), 0, static_cast<int>(own.cols()) - 1);
+    seen.points = own;
+    seen.sigma.setConstant(own.cols(), 1e-3);
+    EXPECT_LT(AlignedRms(motion.nodes, seen), 1e-12);
+  }
+}
+
+TEST(MoveNodes, VelocitiesAgreeWithCentralDifferencesOfAllDistances) {
+  std::mt19937_64 random(13);
+  for (int draw = 0; draw < 10; ++draw) {
+    const TentacleDesign design = RandomDesign(random);
+    const TentacleLayout layout = LayOut(design).value();
+    Place at;
+    const NodeMotion motion =
+        MoveNodes(layout, FoldAt(design, layout, at.pull, at.log_ratio, at.exponent).value());
+    for (int k = 0; k < kFoldDirections; ++k) {
+      const double step = 1e-6;
+      Place low = at, high = at;
+      low[k] -= step;
+      high[k] += step;
+      const Eigen::VectorXd numeric =
+          (Distances(
+               MoveNodes(layout, FoldAt(design, layout, high.pull, high.log_ratio, high.exponent).value())
+                   .nodes) -
+           Distances(MoveNodes(layout, FoldAt(design, layout, low.pull, low.log_ratio, low.exponent).value())
+                         .nodes)) /
+          (2 * step);
+      const Eigen::Matrix3Xd& v = motion.velocity[static_cast<std::size_t>(k)];
+      Eigen::Index row = 0;
+      for (Eigen::Index i = 0; i < v.cols(); ++i) {
+        for (Eigen::Index j = i + 1; j < v.cols(); ++j, ++row) {
+          const Eigen::Vector3d chord = motion.nodes.col(i) - motion.nodes.col(j);
+          ASSERT_NEAR(chord.dot(v.col(i) - v.col(j)) / chord.norm(), numeric[row], 2e-7)
+              << i << " " << j << " " << k;
+        }
+      }
+    }
+  }
+}
+
+SeenNodes Noisy(const Eigen::Matrix3Xd& nodes, std::mt19937_64& random) {
+  SeenNodes seen;
+  std::vector<int> kept;
+  for (int i = 0; i < nodes.cols(); ++i) {
+    if (i % 5 != 3) kept.push_back(i);
+  }
+  const Eigen::Index n = static_cast<Eigen::Index>(kept.size());
+  seen.index = Eigen::Map<Eigen::VectorXi>(kept.data(), n);
+  seen.points.resize(3, n);
+  seen.sigma.resize(n);
+  const Eigen::Matrix3d turn = Eigen::Quaterniond(0.1, 0.7, -0.3, 0.6).normalized().toRotationMatrix();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    seen.points.col(i) = turn * nodes.col(kept[static_cast<std::size_t>(i)]) + Eigen::Vector3d(1, 2, 3);
+    for (int k = 0; k < 3; ++k) seen.points(k, i) += test::Normal(random, 1e-3);
+    seen.sigma[i] = test::Uniform(random, 0.2e-3, 2e-3);
+  }
+  return seen;
+}
+
+TEST(ResidualOf, CostGradientAgreesWithCentralDifferences) {
+  std::mt19937_64 random(17);
+  for (const ShapeResidualKind kind :
+       {ShapeResidualKind::kAlignedWindows, ShapeResidualKind::kLocalDistances}) {
+    for (const int window : {5, 9, 100}) {
+      ShapeResidualOptions options;
+      options.kind = kind;
+      options.window = window;
+      const TentacleDesign design = RandomDesign(random);
+      const TentacleLayout layout = LayOut(design).value();
+      Place at;
+      const auto model = [&](Place p) {
+        return MoveNodes(layout, FoldAt(design, layout, p.pull, p.log_ratio, p.exponent).value());
+      };
+      const SeenNodes seen = Noisy(model(Place{0.23, 0, 1}).nodes, random);
+      const ShapeResidual residual = ResidualOf(model(at), seen, options);
+      ASSERT_EQ(residual.value.size(), ResidualRows(seen, design.holes, options));
+      ASSERT_GT(residual.value.size(), 0);
+      for (int k = 0; k < kFoldDirections; ++k) {
+        const double step = 1e-5;
+        Place low = at, high = at;
+        low[k] -= step;
+        high[k] += step;
+        const double numeric = (ResidualOf(model(high), seen, options).value.squaredNorm() -
+                                ResidualOf(model(low), seen, options).value.squaredNorm()) /
+                               (4 * step);
+        EXPECT_NEAR(residual.value.dot(residual.slope.col(k)), numeric, 1e-5 * (1 + std::abs(numeric)))
+            << "window " << window << " direction " << k;
+      }
+    }
+  }
+}
+
+TEST(ResidualOf, DoesNotSeeThePose) {
+  std::mt19937_64 random(19);
+  const TentacleDesign design;
+  const TentacleLayout layout = LayOut(design).value();
+  const NodeMotion model = MoveNodes(layout, FoldAt(design, layout, 0.3, 0, 1).value());
+  for (const double far : {0.0, 1e6}) {  // a million metres costs digits, not sense
+    SeenNodes seen = Noisy(model.nodes, random);
+    const Eigen::VectorXd before = ResidualOf(model, seen, {}).value;
+    const Eigen::Matrix3d turn = Eigen::Quaterniond(0.5, -0.2, 0.3, 0.1).normalized().toRotationMatrix();
+    seen.points = (turn * seen.points).colwise() + Eigen::Vector3d(far, 0, far);
+    const Eigen::VectorXd after = ResidualOf(model, seen, {}).value;
+    // Components turn with the pose; their lengths per node do not.
+    for (Eigen::Index i = 0; i < before.size(); i += 3) {
+      EXPECT_NEAR(before.segment<3>(i).norm(), after.segment<3>(i).norm(), far == 0 ? 1e-9 : 1e-4);
+    }
+  }
+}
+
+TEST(ResidualOf, AStraightTentacleIsFinite) {
+  const TentacleDesign design;
+  const TentacleLayout layout = LayOut(design).value();
+  const NodeMotion flat = MoveNodes(layout, FoldAt(design, layout, 0, 0, 1).value());
+  SeenNodes seen;
+  seen.index = Eigen::VectorXi::LinSpaced(49, 0, 48);
+  seen.points = flat.nodes;
+  seen.sigma.setZero(49);
+  const NodeMotion bent = MoveNodes(layout, FoldAt(design, layout, 0.2, 0, 1).value());
+  for (const NodeMotion& model : {flat, bent}) {
+    const ShapeResidual residual = ResidualOf(model, seen, {});
+    EXPECT_TRUE(residual.value.allFinite());
+    EXPECT_TRUE(residual.slope.allFinite());
+  }
+}
+
+}  // namespace
+}  // namespace tendril
