@@ -51,14 +51,21 @@ Eigen::Isometry3d CameraFromLab(const Vector3& from, const Vector3& to) {
   return pose;
 }
 
+std::vector<ViewDirection> MeasuredViews(int tentacles) {
+  const auto degrees = [](double azimuth, double elevation) {
+    return ViewDirection{azimuth * std::numbers::pi / 180, elevation * std::numbers::pi / 180};
+  };
+  if (tentacles <= 2) return {degrees(10, -40), degrees(50, 40)};
+  if (tentacles == 3) return {degrees(2, 40), degrees(58, -40)};
+  return {degrees(25, -50), degrees(65, 50)};
+}
+
 }  // namespace
 
 Result<Rig> VirtualRig(const TentacleDesign& design, const Gripper& gripper,
                        const VirtualRigOptions& options) {
-  if (options.views.empty() || options.views.size() > 16) {
-    return Error{ErrorKind::kBadInput,
-                 fmt::format("virtual rig: {} views; expected 1 to 16", options.views.size())};
-  }
+  const std::vector<ViewDirection> views =
+      options.views.empty() ? MeasuredViews(gripper.tentacles) : options.views;
   const Result<std::vector<Vector3>> reach = Reach(design, gripper, options.largest_pull);
   if (!reach.ok()) return reach.error();
   Vector3 low = reach.value().front();
@@ -71,8 +78,8 @@ Result<Rig> VirtualRig(const TentacleDesign& design, const Gripper& gripper,
 
   Rig rig{.name = "virtual", .cameras = {}};
   static constexpr const char* kNames[] = {"left", "right"};
-  for (std::size_t i = 0; i < options.views.size(); ++i) {
-    const ViewDirection& view = options.views[i];
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const ViewDirection& view = views[i];
     const double azimuth = gripper.first_azimuth + view.azimuth;
     const Vector3 toward(std::cos(view.elevation) * std::cos(azimuth),
                          std::cos(view.elevation) * std::sin(azimuth), std::sin(view.elevation));

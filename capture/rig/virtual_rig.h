@@ -18,8 +18,9 @@ struct ViewDirection {
 };
 
 struct VirtualRigOptions {
-  // From the tentacles' middle. Chosen by measurement: docs/virtual_rig.md, "Where the cameras stand".
-  std::vector<ViewDirection> views = {{-28 * std::numbers::pi / 180, 0}, {28 * std::numbers::pi / 180, 0}};
+  // None: a pair chosen by measurement for the number of tentacles (docs/virtual_rig.md, "Where the cameras
+  // stand"). One looks up and one looks down, because folded facets face up and down in turn.
+  std::vector<ViewDirection> views;
   double distance = 1.8;         // to the tentacles' middle, m
   double pixel_pitch = 0.30e-3;  // at the farthest tentacle, m per px
   double margin_px = 60;         // kept free around everything that the tentacles reach
@@ -28,7 +29,7 @@ struct VirtualRigOptions {
 
 // Cameras named left, right, ... with a Brown distortion and a principal point that is not the image's
 // centre. The image is as large as it must be to hold the tentacles at every pull, in multiples of 16 px.
-//   errors  kBadInput: the design's; no view; a distance within the gripper's reach; an image beyond 8192 px
+//   errors  kBadInput: the design's; a distance within the gripper's reach; an image beyond 8192 px
 Result<Rig> VirtualRig(const TentacleDesign& design, const Gripper& gripper,
                        const VirtualRigOptions& options = {});
 

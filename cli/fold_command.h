@@ -1,9 +1,0 @@
-#pragma once
-
-#include "cli/command.h"
-
-namespace tendril::cli {
-
-Command MakeFoldCommand();
-
-}  // namespace tendril::cli
