@@ -15,7 +15,8 @@
 namespace tendril {
 
 // By extension: .csv, or .h5/.hdf5. A CSV without frame,time is one frame at time 0. Curves come in the order
-// in which they first appear (CSV) or were written (HDF5). A CSV needs every curve in every frame. HDF5
+// in which they first appear (CSV) or were written (HDF5). A CSV needs every
+// curve in every frame, rows sorted by frame or by curve. HDF5
 // points may be NaN where an estimator saw nothing; a CSV's may not.
 //   errors  kNotFound no such file; kBadInput names file, line or dataset, field, value and what was
 //   expected:

@@ -35,7 +35,7 @@ Bounds Finite(std::string unit = "");
 Bounds Above(double low, std::string unit = "");
 Bounds AtLeast(double low, std::string unit = "");
 Bounds Between(double low, double high, std::string unit = "");  // both taken
-Bounds Within(double low, double high, std::string unit = "");   // neither taken
+Bounds Inside(double low, double high, std::string unit = "");   // neither taken
 
 class TomlDocument;
 
@@ -69,6 +69,10 @@ class TomlTable {
 
  private:
   friend class TomlDocument;
+  const void* Ask(const std::string& key);  // the key's node; null where absent
+  bool Refuse(const void* value, const std::string& key, const std::string& expected);
+  TomlTable Child(const void* table, const std::string& path) const;
+
   std::shared_ptr<Node> node_;
   bool required_ = false;
 };
@@ -86,19 +90,10 @@ class TomlDocument {
   Status Finish();
 
  private:
+  friend class TomlTable;
   struct State;
   std::shared_ptr<State> state_;
   TomlTable root_;
 };
-
-// The known name nearest to `name` by edit distance; none if all are too far to be a slip.
-std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
-
-// TOML text of values: a quoted string (multi-line if it has lines), the shortest decimal that reads back as
-// the same double, and the shortest degrees that read back as the same radians.
-std::string TomlText(const std::string& text);
-std::string TomlNumber(double value);
-std::string TomlDegrees(double radians);
-double RadiansOfDegrees(double degrees);  // as every file reads *_deg keys
 
 }  // namespace tendril

@@ -66,7 +66,11 @@ struct TrialSpec {
 //   errors  kNotFound no such file; kBadInput names file:line, field, value and what was expected
 Result<TrialSpec> ReadTrialToml(const std::filesystem::path& file);
 
-// The file's text; reading it back gives the same numbers to the last bit.
+// The file's text; reading it back gives the same values (angles: db/files/design_toml.h).
 std::string TrialToml(const TrialSpec& trial);
+
+// Two of its tables alone: the text by whose hash the database tells objects and grippers apart.
+std::string ObjectToml(const ObjectSpec& object);
+std::string GripperToml(const Gripper& gripper);
 
 }  // namespace tendril

@@ -10,12 +10,32 @@
 namespace tendril {
 namespace {
 
+// A unit quaternion in four scalars. Eigen's product loads pairs that were stored one by one a moment before,
+// which stalls (profile: a third of FoldChain waited there).
+struct Turn {
+  double w = 1, x = 0, y = 0, z = 0;
+
+  Turn Inverse() const { return {w, -x, -y, -z}; }
+  Eigen::Quaterniond Quaternion() const { return {w, x, y, z}; }
+};
+
+Turn operator*(const Turn& a, const Turn& b) {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+
+// One Newton step back to unit length: the drift of a product is rounding, never more.
+Turn Renormalised(const Turn& q) {
+  const double scale = 0.5 * (3 - (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z));
+  return {scale * q.w, scale * q.x, scale * q.y, scale * q.z};
+}
+
 // Everything about a crease is told from its mean frame: the sheet's axes half-way (by phi) between facet i
 // and facet i+1. Quaternions throughout, so that angles of 1e-150 keep their digits, second-order ones too.
 struct Hinge {
-  Eigen::Quaterniond half;             // facet_from_mean: by phi about the crease
-  Eigen::Quaterniond mean_from_chord;  // the tendon segment's directors in the mean frame
-  double chord = 0;                    // hole to hole, m
+  Turn half;             // facet_from_mean: by phi about the crease
+  Turn mean_from_chord;  // the tendon segment's directors in the mean frame
+  double chord = 0;      // hole to hole, m
 };
 
 // sin and cos of the crease angles; they come in turn (alpha, beta), so two are remembered.
@@ -56,7 +76,7 @@ Hinge HingeAt(const TentacleLayout& layout, Eigen::Index i, double phi,
   const double sine = 2 * s * c;
 
   Hinge hinge;
-  hinge.half = Eigen::Quaterniond(c, 0, sign * s * sine_a, sign * s * cosine_a);
+  hinge.half = {c, 0, sign * s * sine_a, sign * s * cosine_a};
 
   // Chord in the mean frame: hole i lies `before` below the crease, hole i+1 `after` above it, each turned
   // back by phi. Where the two are equal the chord has no x component and d1 is the mean normal itself.
@@ -68,23 +88,20 @@ Hinge HingeAt(const TentacleLayout& layout, Eigen::Index i, double phi,
   const double x = uneven * sign * sine * sine_a;
   const double y = sum * 2 * s * s * cosine_a * sine_a;
   const double z = sum * (cosine + 2 * s * s * cosine_a * cosine_a);
-  const double in_sheet = std::hypot(y, z);
-  hinge.chord = x == 0 ? in_sheet : std::hypot(in_sheet, x);
+  const double in_sheet = std::sqrt(y * y + z * z);
+  hinge.chord = x == 0 ? in_sheet : std::sqrt(y * y + z * z + x * x);
   double half_sine_x = 0;
   double half_cosine_x = 1;
   if (y != 0 && in_sheet > 0) HalfAngle(-y / in_sheet, z / in_sheet, half_sine_x, half_cosine_x);
-  hinge.mean_from_chord = Eigen::Quaterniond(half_cosine_x, half_sine_x, 0, 0);
+  hinge.mean_from_chord = {half_cosine_x, half_sine_x, 0, 0};
   if (x != 0 && hinge.chord > 0) {
     double half_sine_y = 0;
     double half_cosine_y = 1;
     HalfAngle(x / hinge.chord, in_sheet / hinge.chord, half_sine_y, half_cosine_y);
-    hinge.mean_from_chord = hinge.mean_from_chord * Eigen::Quaterniond(half_cosine_y, 0, half_sine_y, 0);
+    hinge.mean_from_chord = hinge.mean_from_chord * Turn{half_cosine_y, 0, half_sine_y, 0};
   }
   return hinge;
 }
-
-// One Newton step back to unit length: the drift of a product is rounding, never more.
-void Renormalise(Eigen::Quaterniond& q) { q.coeffs() *= 0.5 * (3 - q.squaredNorm()); }
 
 }  // namespace
 
@@ -101,20 +118,20 @@ void FoldChain(const TentacleLayout& layout, const Eigen::Ref<const Eigen::Vecto
   chain.tentacle_from_sheet.resize(creases + 1);
 
   CreaseDirections directions;
-  Eigen::Quaterniond turned;  // tentacle_from_facet
+  Turn turned;  // tentacle_from_facet
   Eigen::Matrix3d rotation;
   Eigen::Vector3d crease;  // the crease's centre in the tentacle's frame, reached from hole 0 facet by facet
   for (Eigen::Index i = 0; i <= creases; ++i) {
     double known_z = 0;  // the point of facet i, on its centerline, whose place is known
     if (i == 0) {
       const Hinge hinge = HingeAt(layout, 0, angle[0], directions.At(layout.crease_angle[0], 0));
-      turned = (hinge.half * hinge.mean_from_chord).conjugate();
+      turned = (hinge.half * hinge.mean_from_chord).Inverse();
       crease.setZero();
       known_z = layout.hole_z[0];
     } else {
       known_z = layout.crease_z[i - 1];
     }
-    rotation = turned.toRotationMatrix();
+    rotation = turned.Quaternion().toRotationMatrix();
     Eigen::Isometry3d& pose = chain.tentacle_from_sheet[i];
     pose.setIdentity();
     pose.linear() = rotation;
@@ -124,9 +141,8 @@ void FoldChain(const TentacleLayout& layout, const Eigen::Ref<const Eigen::Vecto
     const auto& direction = directions.At(layout.crease_angle[i], i);
     const double sign = i % 2 == 0 ? -1 : 1;
     const double sine = sign * std::sin(angle[i]);
-    turned =
-        turned * Eigen::Quaterniond(std::cos(angle[i]), 0, sine * direction.sine, sine * direction.cosine);
-    Renormalise(turned);
+    turned = turned * Turn{std::cos(angle[i]), 0, sine * direction.sine, sine * direction.cosine};
+    if (i % 16 == 15) turned = Renormalised(turned);
   }
 }
 
@@ -148,18 +164,18 @@ void TendonCurveOf(const TentacleLayout& layout, const FacetChain& chain,
   curve.turning.resize(3, creases - 1);
 
   CreaseDirections directions;
-  Eigen::Quaterniond arrived = Eigen::Quaterniond::Identity();  // directors of segment i-1 from facet i
+  Turn arrived;  // directors of segment i-1 from facet i
   for (Eigen::Index i = 0; i <= creases; ++i) {
     const Eigen::Isometry3d& pose = chain.tentacle_from_sheet[i];
     curve.holes.col(i) = pose.translation() + layout.hole_z[i] * pose.linear().col(2);
     if (i == creases) break;
     const Hinge hinge = HingeAt(layout, i, angle[i], directions.At(layout.crease_angle[i], i));
-    const Eigen::Quaterniond leaving = hinge.half * hinge.mean_from_chord;  // facet i from directors
-    curve.frames[i].noalias() = (pose.linear() * leaving.toRotationMatrix()).transpose();
+    const Turn leaving = hinge.half * hinge.mean_from_chord;  // facet i from directors
+    curve.frames[i].noalias() = (pose.linear() * leaving.Quaternion().toRotationMatrix()).transpose();
     curve.segment_length[i] = hinge.chord;
     // R_i^T R_{i+1} of the two segments' directors, told from the facet between them.
-    if (i > 0) curve.turning.col(i - 1) = LogSo3(arrived * leaving);
-    arrived = hinge.mean_from_chord.conjugate() * hinge.half;
+    if (i > 0) curve.turning.col(i - 1) = LogSo3((arrived * leaving).Quaternion());
+    arrived = hinge.mean_from_chord.Inverse() * hinge.half;
   }
 }
 

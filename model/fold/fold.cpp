@@ -13,7 +13,7 @@ namespace {
 
 std::string Number(double value) {
   char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 17);
+  const auto end = std::to_chars(text, text + sizeof text, value);
   return {text, end.ptr};
 }
 

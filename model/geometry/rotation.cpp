@@ -36,7 +36,8 @@ Eigen::Vector3d LogSo3(const Eigen::Quaterniond& rotation) {
     return (2 / w) * (1 - t2 * (1.0 / 3 - t2 / 5)) * vec;
   }
   const double length = std::sqrt(square);
-  return (2 * std::atan2(length, w) / length) * vec;
+  const double half = w >= length ? std::atan(length / w) : std::atan2(length, w);  // atan is the faster
+  return (2 * half / length) * vec;
 }
 
 Eigen::Vector3d LogSo3(const Eigen::Matrix3d& rotation) { return LogSo3(Eigen::Quaterniond(rotation)); }

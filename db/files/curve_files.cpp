@@ -1,0 +1,123 @@
+#include "db/files/curve_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "db/files/curve_formats.h"
+
+namespace tendril {
+namespace {
+
+enum class Format { kCsv, kHdf5, kUnknown };
+
+Format FormatOf(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".csv") return Format::kCsv;
+  if (extension == ".h5" || extension == ".hdf5") return Format::kHdf5;
+  return Format::kUnknown;
+}
+
+Error UnknownFormat(const std::filesystem::path& file) {
+  return Error{ErrorKind::kBadInput, fmt::format("{}: extension '{}': expected .csv, .h5 or .hdf5",
+                                                 file.string(), file.extension().string())};
+}
+
+bool IsName(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." &&
+         std::all_of(name.begin(), name.end(),
+                     [](char c) {
+                       return static_cast<unsigned char>(c) >= 0x20 && c != ',' && c != '/' && c != '\x7f';
+                     }) &&
+         name.front() != ' ' && name.back() != ' ';
+}
+
+// What is wrong with the sizes of a series; empty: nothing.
+std::string Disagreement(const CurveSeries& series) {
+  const auto frames = static_cast<Eigen::Index>(series.curves.size());
+  if (series.time.size() != frames) return fmt::format("{} times for {} frames", series.time.size(), frames);
+  if (!series.time.allFinite()) return "a time that is not a number";
+  if (frames == 0) return "";
+  const Eigen::Index nodes = series.curves.front().points.cols();
+  const bool normals = series.curves.front().normals.cols() > 0;
+  if (nodes == 0) return "no nodes";
+  for (const FramedCurve& curve : series.curves) {
+    if (curve.points.cols() != nodes) {
+      return fmt::format("{} nodes, after {} in the first frame", curve.points.cols(), nodes);
+    }
+    if (curve.normals.cols() != (normals ? nodes : 0)) {
+      return fmt::format("{} normals for {} nodes", curve.normals.cols(), nodes);
+    }
+  }
+  const auto per_frame = [&](const char* what, size_t count) {
+    return count == 0 || count == series.curves.size()
+               ? std::string()
+               : fmt::format("{} {} entries for {} frames", count, what, frames);
+  };
+  for (const std::string& problem :
+       {per_frame("sigma", series.sigma.size()), per_frame("interpolated", series.interpolated.size()),
+        per_frame("covariance", series.covariance_factor.size())}) {
+    if (!problem.empty()) return problem;
+  }
+  for (const auto& sigma : series.sigma) {
+    if (sigma.size() != nodes) return fmt::format("{} sigmas for {} nodes", sigma.size(), nodes);
+  }
+  for (const auto& interpolated : series.interpolated) {
+    if (interpolated.size() != nodes) {
+      return fmt::format("{} interpolated for {} nodes", interpolated.size(), nodes);
+    }
+  }
+  for (const auto& factor : series.covariance_factor) {
+    if (factor.rows() != 3 * nodes) {
+      return fmt::format("a covariance factor of {} rows for {} nodes, expected three each", factor.rows(),
+                         nodes);
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+Result<std::vector<CurveSeries>> ReadCurves(const std::filesystem::path& file) {
+  switch (FormatOf(file)) {
+    case Format::kCsv:
+      return ReadCurvesCsv(file);
+    case Format::kHdf5:
+      return ReadCurvesHdf5(file);
+    case Format::kUnknown:
+      break;
+  }
+  return UnknownFormat(file);
+}
+
+Status WriteCurves(const std::filesystem::path& file, std::span<const CurveSeries> curves,
+                   const std::string& source) {
+  std::set<std::string> names;
+  for (const CurveSeries& series : curves) {
+    if (!IsName(series.name) || !names.insert(series.name).second) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: curve name '{}': expected names that differ, without comma, slash or "
+                               "control character",
+                               file.string(), series.name)};
+    }
+    if (const std::string problem = Disagreement(series); !problem.empty()) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: curve '{}' has {}", file.string(), series.name, problem)};
+    }
+  }
+  switch (FormatOf(file)) {
+    case Format::kCsv:
+      return WriteCurvesCsv(file, curves);
+    case Format::kHdf5:
+      return WriteCurvesHdf5(file, curves, source);
+    case Format::kUnknown:
+      break;
+  }
+  return UnknownFormat(file);
+}
+
+}  // namespace tendril

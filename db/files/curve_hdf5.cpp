@@ -1,0 +1,233 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "db/files/curve_formats.h"
+#include "db/files/hdf5_file.h"
+#include "db/files/safe_file.h"
+
+namespace tendril {
+namespace {
+
+using hdf5::Array;
+using hdf5::Handle;
+
+// One curve's datasets while they are read: the first error stays, with its dataset's name.
+struct CurveReader {
+  hid_t group;
+  std::string place;  // "file: /curve/a"
+  Status status = Ok{};
+
+  void Fail(const std::string& dataset, const std::string& what) {
+    if (status.ok()) {
+      status = Error{ErrorKind::kBadInput, fmt::format("{}/{}: {}", place, dataset, what)};
+    }
+  }
+
+  // The dataset with its shape checked (0: any size); empty if it is absent or wrong.
+  Array Read(const std::string& name, const std::vector<hsize_t>& shape, const std::string& units) {
+    auto array = hdf5::ReadArray(group, name);
+    if (!array.ok()) {
+      Fail(name, array.error().message);
+      return {};
+    }
+    const auto& got = array.value().shape;
+    bool fits = got.size() == shape.size();
+    for (size_t i = 0; fits && i < shape.size(); ++i) fits = shape[i] == kAny || got[i] == shape[i];
+    if (!fits) {
+      std::vector<std::string> wanted;
+      for (const hsize_t n : shape) wanted.push_back(n == kAny ? "any" : std::to_string(n));
+      Fail(name, fmt::format("shape [{}]: expected [{}]", fmt::join(got, ", "), fmt::join(wanted, ", ")));
+      return {};
+    }
+    if (!array.value().units.empty() && array.value().units != units) {
+      Fail(name, fmt::format("units = '{}': expected '{}'", array.value().units, units));
+    }
+    return std::move(array).value();
+  }
+
+  static constexpr hsize_t kAny = static_cast<hsize_t>(-1);
+};
+
+// Rows of a row-major array as columns: frame f of [frames, nodes, 3].
+Eigen::Matrix3Xd PointsOf(const Array& array, size_t frame, Eigen::Index nodes) {
+  return Eigen::Map<const Eigen::Matrix3Xd>(array.values.data() + frame * static_cast<size_t>(3 * nodes), 3,
+                                            nodes);
+}
+
+void CheckPoints(CurveReader& reader, const std::string& name, const Array& array) {
+  for (size_t i = 0; i < array.values.size(); ++i) {
+    if (!std::isinf(array.values[i])) continue;
+    const size_t nodes = array.shape[1];
+    return reader.Fail(name, fmt::format("frame {}, node {} is infinite, expected numbers, or NaN where "
+                                         "nothing was seen",
+                                         i / (3 * nodes), i / 3 % nodes));
+  }
+}
+
+CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
+  CurveSeries series;
+  series.name = name;
+  const Array points = reader.Read("points", {CurveReader::kAny, CurveReader::kAny, 3}, "m");
+  if (!reader.status.ok()) return series;
+  const hsize_t frames = points.shape[0];
+  const hsize_t nodes = points.shape[1];
+  const auto n = static_cast<Eigen::Index>(nodes);
+  if (frames > 0 && nodes == 0) reader.Fail("points", "no nodes");
+  CheckPoints(reader, "points", points);
+
+  const Array time = reader.Read("time", {frames}, "s");
+  for (size_t f = 0; f < time.values.size(); ++f) {
+    if (!std::isfinite(time.values[f]) || (f > 0 && time.values[f] < time.values[f - 1])) {
+      reader.Fail("time", fmt::format("frame {} = {}: expected a time not before that of the frame before", f,
+                                      time.values[f]));
+      break;
+    }
+  }
+  Array normals;
+  if (hdf5::Has(reader.group, "normals")) {
+    normals = reader.Read("normals", {frames, nodes, 3}, "1");
+    CheckPoints(reader, "normals", normals);
+  }
+  Array sigma;
+  if (hdf5::Has(reader.group, "sigma")) sigma = reader.Read("sigma", {frames, nodes}, "m");
+  for (const double value : sigma.values) {
+    if (value < 0) reader.Fail("sigma", fmt::format("{}: expected >= 0 m, or NaN where not seen", value));
+  }
+  Array interpolated;
+  if (hdf5::Has(reader.group, "interpolated")) {
+    interpolated = reader.Read("interpolated", {frames, nodes}, "1");
+  }
+  for (const double value : interpolated.values) {
+    if (value != 0 && value != 1) reader.Fail("interpolated", fmt::format("{}: expected 0 or 1", value));
+  }
+  Array covariance;
+  if (hdf5::Has(reader.group, "covariance")) {
+    covariance = reader.Read("covariance", {frames, 3 * nodes, CurveReader::kAny}, "m");
+  }
+  if (!reader.status.ok()) return series;
+
+  series.time = Eigen::Map<const Eigen::VectorXd>(time.values.data(), static_cast<Eigen::Index>(frames));
+  for (size_t f = 0; f < frames; ++f) {
+    FramedCurve curve;
+    curve.points = PointsOf(points, f, n);
+    if (!normals.values.empty()) curve.normals = PointsOf(normals, f, n);
+    series.curves.push_back(std::move(curve));
+    if (!sigma.shape.empty()) {
+      series.sigma.emplace_back(Eigen::Map<const Eigen::VectorXd>(sigma.values.data() + f * nodes, n));
+    }
+    if (!interpolated.shape.empty()) {
+      series.interpolated.emplace_back(
+          Eigen::Map<const Eigen::VectorXd>(interpolated.values.data() + f * nodes, n).cast<int>());
+    }
+    if (!covariance.shape.empty()) {
+      const auto rank = static_cast<Eigen::Index>(covariance.shape[2]);
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      series.covariance_factor.emplace_back(Eigen::Map<const RowMajor>(
+          covariance.values.data() + f * static_cast<size_t>(3 * n * rank), 3 * n, rank));
+    }
+  }
+  return series;
+}
+
+bool WriteOne(hid_t group, const CurveSeries& series) {
+  const hsize_t frames = series.curves.size();
+  const hsize_t nodes = frames == 0 ? 0 : static_cast<hsize_t>(series.curves.front().points.cols());
+  const auto append = [](Array& array, const auto& matrix) {
+    array.values.insert(array.values.end(), matrix.data(), matrix.data() + matrix.size());
+  };
+  Array points{{frames, nodes, 3}, {}, "m"};
+  Array normals{{frames, nodes, 3}, {}, "1"};
+  for (const FramedCurve& curve : series.curves) {
+    append(points, curve.points);
+    append(normals, curve.normals);
+  }
+  const Array time{{frames}, {series.time.data(), series.time.data() + series.time.size()}, "s"};
+  bool good = hdf5::WriteArray(group, "points", points, H5T_IEEE_F64LE) &&
+              hdf5::WriteArray(group, "time", time, H5T_IEEE_F64LE);
+  if (!normals.values.empty()) good = good && hdf5::WriteArray(group, "normals", normals, H5T_IEEE_F64LE);
+  if (!series.sigma.empty()) {
+    Array sigma{{frames, nodes}, {}, "m"};
+    for (const Eigen::VectorXd& values : series.sigma) append(sigma, values);
+    good = good && hdf5::WriteArray(group, "sigma", sigma, H5T_IEEE_F64LE);
+  }
+  if (!series.interpolated.empty()) {
+    Array interpolated{{frames, nodes}, {}, "1"};
+    for (const Eigen::VectorXi& values : series.interpolated) append(interpolated, values);
+    good = good && hdf5::WriteArray(group, "interpolated", interpolated, H5T_STD_I8LE);
+  }
+  if (!series.covariance_factor.empty()) {
+    Eigen::Index rank = 0;
+    for (const Eigen::MatrixXd& factor : series.covariance_factor) rank = std::max(rank, factor.cols());
+    Array covariance{{frames, 3 * nodes, static_cast<hsize_t>(rank)}, {}, "m"};
+    for (const Eigen::MatrixXd& factor : series.covariance_factor) {
+      // Columns of zeros change no covariance.
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> whole =
+          Eigen::MatrixXd::Zero(factor.rows(), rank);
+      whole.leftCols(factor.cols()) = factor;
+      append(covariance, whole);
+    }
+    good = good && hdf5::WriteArray(group, "covariance", covariance, H5T_IEEE_F64LE);
+  }
+  return good;
+}
+
+}  // namespace
+
+Result<std::vector<CurveSeries>> ReadCurvesHdf5(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    return Error{ErrorKind::kNotFound, path.string() + ": no such file"};
+  }
+  const auto wrong = [&](const std::string& what) {
+    return Error{ErrorKind::kBadInput, path.string() + ": " + what};
+  };
+  const hdf5::Session session;
+  if (H5Fis_hdf5(path.c_str()) <= 0) return wrong("is not an HDF5 file (empty or truncated?)");
+  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!file.ok()) return wrong("cannot be opened as HDF5 (truncated?)");
+  if (!hdf5::Has(file.get(), "curve")) return wrong("/curve: missing, expected the group of curves");
+  const Handle all(H5Gopen2(file.get(), "curve", H5P_DEFAULT), H5Gclose);
+  if (!all.ok()) return wrong("/curve: is not a group");
+  std::vector<CurveSeries> curves;
+  for (const std::string& name : hdf5::GroupNames(all.get())) {
+    const Handle group(H5Gopen2(all.get(), name.c_str(), H5P_DEFAULT), H5Gclose);
+    CurveReader reader{group.get(), fmt::format("{}: /curve/{}", path.string(), name)};
+    curves.push_back(ReadOne(reader, name));
+    if (!reader.status.ok()) return reader.status.error();
+  }
+  if (curves.empty()) return wrong("/curve: holds no curve");
+  return curves;
+}
+
+Status WriteCurvesHdf5(const std::filesystem::path& path, std::span<const CurveSeries> curves,
+                       const std::string& source) {
+  if (curves.empty()) return Error{ErrorKind::kBadInput, path.string() + ": no curve to write"};
+  const hdf5::Session session;
+  return WriteBeside(path, [&](const std::filesystem::path& beside) -> Status {
+    const Error failed{ErrorKind::kIo,
+                       path.string() + ": cannot write (no such folder, or the disk is full?)"};
+    Handle file(H5Fcreate(beside.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+    if (!file.ok()) return failed;
+    bool good = hdf5::WriteText(file.get(), "source", source);
+    {
+      const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+      H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+      const Handle all(H5Gcreate2(file.get(), "curve", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
+      good = good && all.ok();
+      for (const CurveSeries& series : curves) {
+        if (!good) break;
+        const Handle group(H5Gcreate2(all.get(), series.name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                           H5Gclose);
+        good = group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series);
+      }
+    }
+    good = good && H5Fflush(file.get(), H5F_SCOPE_LOCAL) >= 0;
+    good = file.CloseNow() >= 0 && good;
+    if (!good) return failed;
+    return Ok{};
+  });
+}
+
+}  // namespace tendril

@@ -1,0 +1,69 @@
+#pragma once
+// The little of HDF5 that we use, with handles that close themselves and errors as results. HDF5 itself is
+// not safe to call from two threads at once: every function here takes its one lock.
+
+#include <hdf5.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/result.h"
+
+namespace tendril::hdf5 {
+
+// Holds HDF5's lock, and keeps it from printing its error stack, as long as it lives.
+class Session {
+ public:
+  Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+ private:
+  H5E_auto2_t print_ = nullptr;
+  void* print_data_ = nullptr;
+};
+
+// An identifier that is closed when left; negative: none.
+class Handle {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Handle() = default;
+  Handle(hid_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  bool ok() const { return id_ >= 0; }
+  hid_t get() const { return id_; }
+  herr_t CloseNow() { return close_(std::exchange(id_, -1)); }  // to see whether closing failed
+
+ private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+// What a dataset holds, row-major.
+struct Array {
+  std::vector<hsize_t> shape;
+  std::vector<double> values;
+  std::string units;  // its attribute; empty: none
+};
+
+//   errors  kBadInput not numbers, no data, truncated; the message has no place in front
+Result<Array> ReadArray(hid_t parent, const std::string& name);
+bool Has(hid_t parent, const std::string& name);
+std::vector<std::string> GroupNames(hid_t parent);  // in the order of making, else by name
+
+// Writes of an open, new file: false once HDF5 says that one failed (a full disk, most of all).
+bool WriteArray(hid_t parent, const std::string& name, const Array& array, hid_t file_type);
+bool WriteText(hid_t object, const std::string& name, const std::string& text);
+
+}  // namespace tendril::hdf5
