@@ -1,0 +1,198 @@
+#include "analysis/study/plots.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+extern char** environ;
+
+namespace tendril {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Okabe and Ito's palette: told apart by the colour-blind too; black last.
+constexpr std::array<const char*, 8> kPalette = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                 "#E69F00", "#56B4E9", "#7F7F7F", "#000000"};
+
+// A gnuplot string without escapes: single quotes are doubled, control characters become blanks.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') quoted += '\'';
+    quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return quoted + "'";
+}
+
+// A number that gnuplot reads back; a gap is a blank line, which breaks a line.
+void AppendRow(std::string& data, const PlotSeries& series, size_t i) {
+  if (!std::isfinite(series.x[i]) || !std::isfinite(series.y[i])) {
+    data += '\n';
+    return;
+  }
+  data += fmt::format("{:.9g} {:.9g}", series.x[i], series.y[i]);
+  if (!series.low.empty()) data += fmt::format(" {:.9g} {:.9g}", series.low[i], series.high[i]);
+  data += '\n';
+}
+
+bool HasValue(const PlotSeries& series) {
+  for (size_t i = 0; i < series.x.size(); ++i) {
+    if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) return true;
+  }
+  return false;
+}
+
+std::string Range(const std::optional<std::pair<double, double>>& range) {
+  return range ? fmt::format("[{:.9g}:{:.9g}]", range->first, range->second) : "[*:*]";
+}
+
+// The datablocks come first, as a multiplot refuses to define them between its panels on some terminals.
+std::string DataBlocks(const Panel& panel, size_t number) {
+  std::string text;
+  for (size_t s = 0; s < panel.series.size(); ++s) {
+    text += fmt::format("$d{}_{} << EOD\n", number, s);
+    for (size_t i = 0; i < panel.series[s].x.size(); ++i) AppendRow(text, panel.series[s], i);
+    text += "EOD\n";
+  }
+  return text;
+}
+
+std::string PanelCommands(const Panel& panel, size_t number) {
+  std::string text = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset xrange {}\nset yrange {}\n",
+                                 Quoted(panel.title), Quoted(panel.x_label), Quoted(panel.y_label),
+                                 Range(panel.x_range), Range(panel.y_range));
+  text += panel.equal_axes ? "set size ratio -1\n" : "set size noratio\n";
+  std::string bands;
+  std::string marks;
+  for (size_t s = 0; s < panel.series.size(); ++s) {
+    const PlotSeries& series = panel.series[s];
+    if (!HasValue(series)) continue;
+    const std::string data = fmt::format("$d{}_{}", number, s);
+    const std::string color =
+        kPalette[static_cast<size_t>(series.color < 0 ? static_cast<int>(s) : series.color) %
+                 kPalette.size()];
+    const std::string title = series.name.empty() ? "notitle" : "title " + Quoted(series.name);
+    const bool interval = !series.low.empty();
+    if (interval && series.style == PlotSeries::Style::kLine) {
+      bands += fmt::format(
+          "{} using 1:3:4 with filledcurves fc rgb '{}' fs transparent solid 0.18 noborder "
+          "notitle, ",
+          data, color);
+    }
+    if (interval && series.style != PlotSeries::Style::kLine) {
+      marks += fmt::format("{} using 1:2:3:4 with yerrorbars lc rgb '{}' lw 1.6 pt 7 ps 0.9 {}, ", data,
+                           color, series.style == PlotSeries::Style::kPoints ? title : "notitle");
+    }
+    if (series.style != PlotSeries::Style::kPoints) {
+      marks += fmt::format("{} using 1:2 with {} lc rgb '{}' lw 2 pt 7 ps 0.7 {}, ", data,
+                           series.style == PlotSeries::Style::kLine ? "lines" : "linespoints", color, title);
+    } else if (!interval) {
+      marks += fmt::format("{} using 1:2 with points lc rgb '{}' pt 7 ps 0.9 {}, ", data, color, title);
+    }
+  }
+  const std::string all = bands + marks;
+  // Nothing to show: empty axes, on which a line beyond the range leaves no mark.
+  if (all.empty()) return text + "set xrange [0:1]\nset yrange [0:1]\nplot 2 notitle\n";
+  return text + "plot " + all.substr(0, all.size() - 2) + "\n";
+}
+
+std::string Script(const Figure& figure, const std::string& terminal, const fs::path& output) {
+  const int columns = std::max(1, std::min<int>(figure.columns, static_cast<int>(figure.panels.size())));
+  const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
+  std::string text = fmt::format(
+      "set terminal {} size {},{} font 'Helvetica,12' noenhanced\nset output {}\nset encoding utf8\n",
+      terminal, columns * figure.panel_width_px, rows * figure.panel_height_px, Quoted(output.string()));
+  text +=
+      "set border 3 lc rgb '#555555'\nset tics nomirror out textcolor rgb '#333333'\n"
+      "set grid lc rgb '#dddddd' lw 0.7\nset key outside right top vertical samplen 1.5 spacing 1.15\n"
+      "set bars 0.6\nset style fill noborder\n";
+  for (size_t p = 0; p < figure.panels.size(); ++p) text += DataBlocks(figure.panels[p], p);
+  if (figure.panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", rows, columns);
+  for (size_t p = 0; p < figure.panels.size(); ++p) text += PanelCommands(figure.panels[p], p);
+  return text;
+}
+
+// Runs gnuplot on a script; its own words if it fails.
+Status RunGnuplot(const fs::path& script, const fs::path& messages) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                   0600);
+  std::string program = "gnuplot";
+  std::string argument = script.string();
+  std::array<char*, 3> argv = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  const int started = posix_spawnp(&child, "gnuplot", &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (started != 0) {
+    return Error{ErrorKind::kIo, "gnuplot could not be started (" + std::system_category().message(started) +
+                                     "): install the package gnuplot-nox"};
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  std::ostringstream said;
+  said << std::ifstream(messages).rdbuf();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    return Error{ErrorKind::kIo, "gnuplot failed: " + said.str().substr(0, 300)};
+  }
+  return Ok{};
+}
+
+Status Check(const Figure& figure) {
+  if (figure.panels.empty()) return Error{ErrorKind::kBadInput, "a figure needs at least one panel"};
+  for (const Panel& panel : figure.panels) {
+    for (const PlotSeries& s : panel.series) {
+      const bool bars = s.low.empty() && s.high.empty();
+      if (s.x.size() == s.y.size() && (bars || (s.low.size() == s.x.size() && s.high.size() == s.x.size())))
+        continue;
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("series '{}': {} x, {} y, {} low and {} high values, expected as many of each",
+                               s.name, s.x.size(), s.y.size(), s.low.size(), s.high.size())};
+    }
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Status DrawFigure(const Figure& figure, const fs::path& file) {
+  const std::string extension = file.extension().string();
+  if (extension != ".svg" && extension != ".png") {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("{}: a plot's name ends in .svg or .png, not '{}'", file.string(), extension)};
+  }
+  if (Status checked = Check(figure); !checked.ok()) return std::move(checked).error().Within(file.string());
+
+  std::string scratch = (fs::absolute(file).parent_path() / ".tendril-plot-XXXXXX").string();
+  if (mkdtemp(scratch.data()) == nullptr) {
+    return Error{ErrorKind::kIo, fmt::format("{}: cannot write in that folder ({})", file.string(),
+                                             std::system_category().message(errno))};
+  }
+  const fs::path folder = scratch;
+  const fs::path drawn = folder / ("figure" + extension);
+  {
+    std::ofstream script(folder / "script.gp");
+    script << Script(figure, extension == ".svg" ? "svg background rgb 'white'" : "pngcairo", drawn);
+  }
+  Status done = RunGnuplot(folder / "script.gp", folder / "messages");
+  std::error_code failed;
+  if (done.ok()) {
+    fs::rename(drawn, file, failed);
+    if (failed) done = Error{ErrorKind::kIo, failed.message()};
+  }
+  fs::remove_all(folder, failed);
+  return done.ok() ? Status(Ok{}) : std::move(done).error().Within(file.string());
+}
+
+}  // namespace tendril

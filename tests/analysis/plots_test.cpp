@@ -1,0 +1,89 @@
+// analysis/study/plots.h: figures come out as files of their kind, labels cannot command gnuplot, failures
+// leave nothing behind.
+#include "analysis/study/plots.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "tests/support/program.h"
+
+namespace tendril {
+namespace {
+
+using testing_support::ReadText;
+using testing_support::TemporaryFolder;
+
+Figure TwoPanels() {
+  PlotSeries line{.name = "it's a curve", .x = {0, 1, 2, 3}, .y = {0, 1, std::nan(""), 9}};
+  PlotSeries rates{.name = "rate", .x = {50, 60}, .y = {1, .5}, .low = {.6, .2}, .high = {1, .8}};
+  rates.style = PlotSeries::Style::kLineAndPoints;
+  return {.panels = {{.title = "left", .x_label = "time (s)", .y_label = "link (turns)", .series = {line}},
+                     {.title = "right", .x_label = "distance (mm)", .y_label = "rate", .series = {rates}}},
+          .columns = 2};
+}
+
+size_t FilesIn(const TemporaryFolder& folder) {
+  size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++count;
+  return count;
+}
+
+TEST(DrawFigure, WritesSvgWithTheLabelsAsText) {
+  const TemporaryFolder folder;
+  const Status done = DrawFigure(TwoPanels(), folder / "figure.svg");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const std::string text = ReadText(folder / "figure.svg");
+  EXPECT_THAT(text, testing::HasSubstr("<svg"));
+  EXPECT_THAT(text, testing::HasSubstr("time (s)"));
+  EXPECT_THAT(text, testing::HasSubstr("distance (mm)"));
+  EXPECT_EQ(FilesIn(folder), 1u);
+}
+
+TEST(DrawFigure, WritesPngOfTheSizeAskedFor) {
+  const TemporaryFolder folder;
+  const Status done = DrawFigure(TwoPanels(), folder / "figure.png");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const std::string bytes = ReadText(folder / "figure.png");
+  ASSERT_GT(bytes.size(), 24u);
+  EXPECT_EQ(bytes.substr(1, 3), "PNG");
+  const auto byte = [&](int i) { return static_cast<unsigned>(static_cast<unsigned char>(bytes[16 + i])); };
+  EXPECT_EQ(byte(2) << 8 | byte(3), 1240u);  // width, from the header
+  EXPECT_EQ(byte(6) << 8 | byte(7), 420u);
+}
+
+TEST(DrawFigure, LabelsAreTextNeverCommands) {
+  const TemporaryFolder folder;
+  Figure figure = TwoPanels();
+  const std::string mark = folder / "made";
+  figure.panels[0].title =
+      "x'; system('touch " + mark + "'); print '`touch " + mark + "`\nsystem('touch " + mark + "')";
+  figure.panels[0].series[0].name = "$(touch " + mark + ")";
+  const Status done = DrawFigure(figure, folder / "figure.svg");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_FALSE(std::filesystem::exists(mark));
+}
+
+TEST(DrawFigure, BadCallsAreRefusedAndLeaveNothing) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(DrawFigure(TwoPanels(), folder / "figure.bmp").error().kind, ErrorKind::kBadInput);
+  EXPECT_EQ(DrawFigure({}, folder / "figure.svg").error().kind, ErrorKind::kBadInput);
+  Figure uneven = TwoPanels();
+  uneven.panels[0].series[0].y.pop_back();
+  EXPECT_THAT(DrawFigure(uneven, folder / "figure.svg").error().message, testing::HasSubstr("it's a curve"));
+  EXPECT_EQ(DrawFigure(TwoPanels(), folder / "no/such/folder/figure.svg").error().kind, ErrorKind::kIo);
+  EXPECT_EQ(FilesIn(folder), 0u);
+}
+
+TEST(DrawFigure, EmptySeriesGiveAnEmptyPanel) {
+  const TemporaryFolder folder;
+  Figure figure = TwoPanels();
+  figure.panels[0].series = {PlotSeries{}, {.name = "gap", .x = {1}, .y = {std::nan("")}}};
+  const Status done = DrawFigure(figure, folder / "figure.svg");
+  EXPECT_TRUE(done.ok()) << done.error().message;
+}
+
+}  // namespace
+}  // namespace tendril
