@@ -189,15 +189,18 @@ FramedCurve NodesAtHoles(const TendonCurve& curve) {
     const Eigen::Matrix3d& after = curve.frames[std::min(i, nodes - 2)];
     const Eigen::Vector3d tangent = (before.row(2) + after.row(2)).transpose();
     Eigen::Vector3d normal = (before.row(0) + after.row(0)).transpose();
-    const double square = tangent.squaredNorm();
-    if (square > 0) normal -= (normal.dot(tangent) / square) * tangent;
-    if (normal.norm() > 1e-7 && square > 1e-14) {
-      framed.normals.col(i) = normal.normalized();
-    } else {
-      // Segments that turn by pi about their tangent, or back on themselves: the means vanish, half the
-      // turning does not.
-      framed.normals.col(i) = before.transpose() * ExpSo3(0.5 * curve.turning.col(i - 1)).col(0);
+    const auto made_perpendicular = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+      const double square = tangent.squaredNorm();
+      return square > 1e-14 ? Eigen::Vector3d(v - (v.dot(tangent) / square) * tangent) : v;
+    };
+    normal = made_perpendicular(normal);
+    if (normal.norm() < 1e-7) {
+      // The segments turn by pi: the mean vanishes, or lies along the tangent, but half the turning does not.
+      const Eigen::Matrix3d half_way = before.transpose() * ExpSo3(0.5 * curve.turning.col(i - 1));
+      normal = made_perpendicular(half_way.col(0));
+      if (normal.norm() < 1e-7) normal = made_perpendicular(half_way.col(1));
     }
+    framed.normals.col(i) = normal.normalized();
   }
   return framed;
 }

@@ -97,7 +97,7 @@ Result<Fold> SolveFold(const TentacleLayout& layout, double base_width, double c
   const Double2 closed_share = ClosedShare(closed_angle);
   const Double2 wanted = Times(flat_length, pull);
   const double all_closed = closed_at / smallest;
-  double k = std::sqrt(wanted.high / curvature);
+  double k = std::sqrt(wanted.high) / std::sqrt(curvature);  // the quotient itself may underflow
   if (pull == closed_share.high) {
     k = all_closed;
   } else if (k * largest > 1e-9) {  // below, the start is the answer to 1e-18
