@@ -22,6 +22,9 @@ class Connection {
   static Result<Connection> Open(const std::filesystem::path& file, Mode mode = Mode::kOpen);
   static Result<Connection> InMemory();
 
+  // Readers then never wait for a writer. The file remembers it.
+  Status UseWriteAheadLog();
+
   // Runs `work` between BEGIN IMMEDIATE and COMMIT; a Status that is not ok, or an SQLite error, rolls back.
   Status Write(const std::function<Status(SQLite::Database&)>& work);
 

@@ -57,8 +57,13 @@ struct RateQuestion {
   TrialKind kind = TrialKind::kReal;
 };
 
-// Names that `by` and `where` take: design, object, medium, distance, pull, ...
-const std::vector<std::string>& RateKeys();
+// A name that `by` and `where` take.
+struct RateKey {
+  std::string name;
+  bool is_number = false;
+  std::string unit;  // of a number; empty: none
+};
+const std::vector<RateKey>& RateKeys();  // design, object, medium, distance, pull, ...
 
 // Success counts over trials of that kind that are recorded or degraded, judged and not void.
 //   errors  kBadInput an unknown name (suggests the nearest), a value of `where` that is not a number

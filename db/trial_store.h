@@ -14,12 +14,10 @@
 #include "db/files/trial_toml.h"
 #include "db/lab.h"
 #include "db/provenance.h"
+#include "db/trial_id.h"
 #include "model/result.h"
 
 namespace tendril {
-
-// A new UUIDv7: sorts by time, unique across machines.
-std::string NewTrialId(std::int64_t now_ns);
 
 // Makes the trial's folder with trial.toml and its row in state `recording`. Fills in an empty id, started_ns
 // 0 (now) and an empty label ("trial-12").
