@@ -8,9 +8,9 @@
 namespace tendril {
 
 struct Provenance {
-  std::string program_version;                                    // "tendril 0.1.0"
-  std::string parameters_json = "{}";                             // the options that the result depends on
-  std::vector<std::pair<std::string, std::string>> input_sha256;  // (file or role, SHA-256)
+  std::string program_version{};                                    // "tendril 0.1.0"
+  std::string parameters_json = "{}";                               // the options that the result depends on
+  std::vector<std::pair<std::string, std::string>> input_sha256{};  // (file or role, SHA-256)
 };
 
 }  // namespace tendril

@@ -18,24 +18,24 @@ namespace tendril {
 Result<std::string> FindTrial(Lab& lab, const std::string& name);
 
 struct TrialOverview {
-  std::string id;
-  std::string label;
+  std::string id{};
+  std::string label{};
   TrialKind kind = TrialKind::kReal;
   TrialState state = TrialState::kRecording;
   std::int64_t started_ns = 0;
-  std::string design;
-  std::string object;
-  std::string medium;
+  std::string design{};
+  std::string object{};
+  std::string medium{};
   double distance = 0;  // carrier to object, m
   double pull = 0;
   bool voided = false;
-  std::optional<bool> grasped;  // the outcome that counts; none: not judged
+  std::optional<bool> grasped{};  // the outcome that counts; none: not judged
 };
 
 struct TrialFilter {
-  std::optional<TrialKind> kind;  // none: all kinds, each row says which
-  std::optional<TrialState> state;
-  std::optional<std::string> design;  // as the overview shows it
+  std::optional<TrialKind> kind{};  // none: all kinds, each row says which
+  std::optional<TrialState> state{};
+  std::optional<std::string> design{};  // as the overview shows it
 };
 
 // In order of their ids, which is that of time.
@@ -46,22 +46,22 @@ Result<TrialSpec> LoadTrial(Lab& lab, const std::string& id);
 
 // One group of trials that share their keys' values.
 struct RateGroup {
-  std::vector<std::pair<std::string, std::string>> keys;  // (name, value), as asked for
-  std::int64_t trials = 0;                                // judged
+  std::vector<std::pair<std::string, std::string>> keys{};  // (name, value), as asked for
+  std::int64_t trials = 0;                                  // judged
   std::int64_t grasped = 0;
 };
 
 struct RateQuestion {
-  std::vector<std::string> by;                             // names of RateKeys()
-  std::vector<std::pair<std::string, std::string>> where;  // (name, value)
+  std::vector<std::string> by{};                             // names of RateKeys()
+  std::vector<std::pair<std::string, std::string>> where{};  // (name, value)
   TrialKind kind = TrialKind::kReal;
 };
 
 // A name that `by` and `where` take.
 struct RateKey {
-  std::string name;
+  std::string name{};
   bool is_number = false;
-  std::string unit;  // of a number; empty: none
+  std::string unit{};  // of a number; empty: none
 };
 const std::vector<RateKey>& RateKeys();  // design, object, medium, distance, pull, ...
 

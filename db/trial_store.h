@@ -52,7 +52,7 @@ struct TentacleLinkRow {
   double self_link = kNotKnown;
   double object_link = kNotKnown;
   double object_gauss = kNotKnown;  // Gauss integral of the open curve
-  std::string flags;                // comma-separated; empty: none
+  std::string flags{};              // comma-separated; empty: none
 };
 
 struct PairLinkRow {
@@ -62,12 +62,12 @@ struct PairLinkRow {
   int b = 0;
   double link = kNotKnown;
   double gauss = kNotKnown;
-  std::string flags;
+  std::string flags{};
 };
 
 struct LinkRows {
-  std::vector<TentacleLinkRow> tentacles;
-  std::vector<PairLinkRow> pairs;
+  std::vector<TentacleLinkRow> tentacles{};
+  std::vector<PairLinkRow> pairs{};
   // Of the trial: means of |Lk|, at its end and at pull 0. performance = mutual + object.
   double mutual_link = kNotKnown;
   double object_link = kNotKnown;
@@ -79,7 +79,7 @@ struct LinkRows {
 Status StoreLink(Lab& lab, const std::string& id, const LinkRows& rows, const Provenance& provenance);
 
 struct FitParameter {
-  std::string name;
+  std::string name{};
   double value = 0;
   double standard_error = kNotKnown;
   bool identified = true;
@@ -88,19 +88,19 @@ struct FitParameter {
 
 struct FitRow {
   std::string model = "fold";
-  std::string scope;                   // what was fitted, for people: "trial t-3", "design paper"
-  std::vector<std::string> trial_ids;  // one or more
-  std::vector<FitParameter> parameters;
+  std::string scope{};                   // what was fitted, for people: "trial t-3", "design paper"
+  std::vector<std::string> trial_ids{};  // one or more
+  std::vector<FitParameter> parameters{};
   double residual_rms_m = kNotKnown;
 };
 Status StoreFit(Lab& lab, const FitRow& row, const Provenance& provenance);
 
 struct Outcome {
   bool grasped = false;
-  std::string judged_by;  // a person's name, or the program's
-  bool by_person = true;  // the newest by a person counts, else the newest
-  std::string method;     // "by eye", "pull test", "mean |object link| >= 0.5", ...
-  std::string notes;
+  std::string judged_by{};  // a person's name, or the program's
+  bool by_person = true;    // the newest by a person counts, else the newest
+  std::string method{};     // "by eye", "pull test", "mean |object link| >= 0.5", ...
+  std::string notes{};
   double load_N = kNotKnown;  // pull-out force, where it was measured
 };
 Status AddOutcome(Lab& lab, const std::string& id, const Outcome& outcome);

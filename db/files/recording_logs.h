@@ -30,13 +30,13 @@ struct FrameRow {
 // a servo does not report it.
 struct ServoRow {
   std::int64_t host_ns = 0;
-  std::optional<std::int64_t> device_ms;
+  std::optional<std::int64_t> device_ms{};
   int servo = 0;
-  std::optional<double> command;  // commanded pull, fraction of the flat tendon length
-  std::optional<double> position_deg;
-  std::optional<double> current_mA;
-  std::optional<double> voltage_V;
-  std::optional<double> temperature_degC;
+  std::optional<double> command{};  // commanded pull, fraction of the flat tendon length
+  std::optional<double> position_deg{};
+  std::optional<double> current_mA{};
+  std::optional<double> voltage_V{};
+  std::optional<double> temperature_degC{};
 };
 
 // detections.csv: camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3

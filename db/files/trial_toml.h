@@ -45,22 +45,22 @@ struct TagSpec {
 };
 
 struct TrialSpec {
-  std::string id;     // UUIDv7
-  std::string label;  // short and unique in the lab
+  std::string id{};     // UUIDv7
+  std::string label{};  // short and unique in the lab
   TrialKind kind = TrialKind::kReal;
   std::int64_t started_ns = 0;  // host clock, ns since 1970, UTC
-  std::string design_name;
+  std::string design_name{};
   TentacleDesign design;
   Gripper gripper;
   TagSpec tags;
-  std::string rig_name;
-  std::string rig_toml;  // the rig file's text (capture/rig/rig.h parses it); empty: no cameras
+  std::string rig_name{};
+  std::string rig_toml{};  // the rig file's text (capture/rig/rig.h parses it); empty: no cameras
   ObjectSpec object;
   double object_distance = 0.15;  // carrier to object, m
   std::string medium = "air";
   double pull = 0.3;        // commanded at the end, fraction of the flat tendon length
   double pull_rate = 0.03;  // commanded, 1/s
-  std::string notes;
+  std::string notes{};
 };
 
 //   errors  kNotFound no such file; kBadInput names file:line, field, value and what was expected

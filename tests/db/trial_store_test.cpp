@@ -28,14 +28,14 @@ class Store : public testing::Test {
 
   Lab& lab() { return *lab_; }
 
-  std::string Begin(TrialSpec spec = {}) {
+  std::string Begin(TrialSpec spec = TrialSpec()) {
     if (spec.design_name.empty()) spec.design_name = "paper";
     auto trial = BeginTrial(lab(), std::move(spec));
     EXPECT_TRUE(trial.ok()) << trial.error().message;
     return trial.ok() ? trial.value().id : "";
   }
 
-  std::string Judged(bool grasped, TrialSpec spec = {}) {
+  std::string Judged(bool grasped, TrialSpec spec) {
     const std::string id = Begin(std::move(spec));
     EXPECT_TRUE(SetTrialState(lab(), id, TrialState::kRecorded).ok());
     Judge(id, grasped, "ada", true);
@@ -127,13 +127,13 @@ TEST_F(Store, BadNumbersAreRefusedBeforeAnythingIsMade) {
   TrialSpec spec;
   spec.pull = 1.5;
   EXPECT_THAT(BeginTrial(lab(), spec).error().message, HasSubstr("pull = 1.5"));
-  spec = {};
+  spec = TrialSpec();
   spec.design.length = -1;
   EXPECT_EQ(BeginTrial(lab(), spec).error().kind, ErrorKind::kBadInput);
-  spec = {};
+  spec = TrialSpec();
   spec.object.axis.setZero();
   EXPECT_FALSE(BeginTrial(lab(), spec).ok());
-  spec = {};
+  spec = TrialSpec();
   spec.id = "../../etc";
   EXPECT_FALSE(BeginTrial(lab(), spec).ok());
   EXPECT_TRUE(std::filesystem::is_empty(lab().folder() / "trials"));
