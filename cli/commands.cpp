@@ -2,6 +2,7 @@
 
 #include "cli/design_commands.h"
 #include "cli/fold_command.h"
+#include "cli/record_command.h"
 
 namespace tendril::cli {
 
@@ -12,6 +13,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeDesignShowCommand());
   all.push_back(MakeDesignCutCommand());
   all.push_back(MakeFoldCommand());
+  all.push_back(MakeRecordCommand());
   return all;
 }
 

@@ -1,0 +1,100 @@
+// tendril record, through the built program: a virtual trial in a lab, the same trial played from its files,
+// and calls that cannot be.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "db/lab.h"
+#include "db/trial_query.h"
+#include "tests/support/program.h"
+
+namespace tendril {
+namespace {
+
+using testing_support::ReadText;
+using testing_support::RunProgram;
+using testing_support::TemporaryFolder;
+using testing_support::WriteText;
+
+class RecordCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto lab = Lab::Create(folder_.path() / "lab");
+    ASSERT_TRUE(lab.ok()) << lab.error().message;
+    WriteText(folder_ / "lab/designs/short.toml", "[tentacle]\nlength = 0.2\nholes = 13\n");
+  }
+  testing_support::ProgramRun Record(std::vector<std::string> more) {
+    std::vector<std::string> call = {"record", "--lab", folder_ / "lab", "--design", "short", "--json"};
+    call.insert(call.end(), more.begin(), more.end());
+    return RunProgram(call);
+  }
+  std::size_t Trials() {
+    auto lab = Lab::Open(folder_.path() / "lab");
+    return ListTrials(lab.value()).value().size();
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(RecordCommand, AVirtualTrialThenTheSameFromItsFiles) {
+  const auto first = Record({"--frames", "3", "--seed", "5", "--label", "one", "--distance", "0.1"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const auto one = nlohmann::json::parse(first.out);
+  EXPECT_EQ(one["state"], "recorded");
+  EXPECT_EQ(one["kind"], "virtual");
+  EXPECT_EQ(one["label"], "one");
+  ASSERT_EQ(one["cameras"].size(), 2U);
+  EXPECT_EQ(one["cameras"][1]["frames"], 3);
+  const std::filesystem::path trial = one["folder"].get<std::string>();
+  for (const char* file : {"cam0.mkv", "cam0.csv", "cam1.mkv", "cam1.csv", "servo.csv", "trial.toml",
+                           "truth.h5", "truth.toml"}) {
+    EXPECT_TRUE(std::filesystem::exists(trial / file)) << file;
+  }
+
+  // The same seed again: the same pictures, to the byte.
+  const auto second = Record({"--frames", "3", "--seed", "5", "--distance", "0.1"});
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  const std::filesystem::path again = nlohmann::json::parse(second.out)["folder"].get<std::string>();
+  EXPECT_EQ(ReadText(trial / "cam0.mkv"), ReadText(again / "cam0.mkv"));
+  EXPECT_EQ(ReadText(trial / "truth.toml"), ReadText(again / "truth.toml"));
+
+  const auto played =
+      Record({"--source", "video:" + (trial / "cam0.mkv").string() + "," + (trial / "cam1.mkv").string(),
+              "--servo", (trial / "servo.csv").string()});
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  const auto copy = nlohmann::json::parse(played.out);
+  EXPECT_EQ(copy["kind"], "real");
+  const std::filesystem::path copied = copy["folder"].get<std::string>();
+  EXPECT_EQ(ReadText(copied / "cam1.csv"), ReadText(trial / "cam1.csv"));
+  EXPECT_EQ(ReadText(copied / "cam1.mkv"), ReadText(trial / "cam1.mkv"));
+  EXPECT_EQ(ReadText(copied / "servo.csv"), ReadText(trial / "servo.csv"));
+  EXPECT_FALSE(std::filesystem::exists(copied / "truth.toml"));
+}
+
+TEST_F(RecordCommand, BadCallsEndWithTwoAndLeaveNothing) {
+  WriteText(folder_ / "text.mkv", "not a video");
+  const std::vector<std::vector<std::string>> calls = {{"--design", "nowhere"},
+                                                       {"--source", "webcam"},
+                                                       {"--source", "video:"},
+                                                       {"--source", "video:" + (folder_ / "text.mkv")},
+                                                       {"--source", "video:" + (folder_ / "none.mkv")},
+                                                       {"--source", "images:" + (folder_ / "none")},
+                                                       {"--frames", "0"},
+                                                       {"--pull", "-1"},
+                                                       {"--rig", "nowhere"},
+                                                       {"--pull-rate", "0"},
+                                                       {"--tag-family", "tag1"},
+                                                       {"--handedness", "left"}};
+  for (const auto& call : calls) {
+    std::vector<std::string> arguments = {"record", "--lab", folder_ / "lab"};
+    if (call[0] != "--design") arguments.insert(arguments.end(), {"--design", "short"});
+    arguments.insert(arguments.end(), call.begin(), call.end());
+    const auto run = RunProgram(arguments);
+    EXPECT_EQ(run.exit_code, 2) << call[0] << " " << call[1] << ": " << run.err;
+    EXPECT_FALSE(run.err.empty());
+  }
+  EXPECT_EQ(RunProgram({"record", "--lab", folder_ / "nolab", "--design", "short"}).exit_code, 2);
+  EXPECT_EQ(Trials(), 0U);
+}
+
+}  // namespace
+}  // namespace tendril
