@@ -1,0 +1,22 @@
+#pragma once
+// What the rest of the program wants of a chain of facets: its framed curve, and a factor of the holes'
+// covariance that is small enough to keep with every frame.
+
+#include <vector>
+
+#include "capture/track/chain_factors.h"
+#include "model/geometry/framed_curve.h"
+
+namespace tendril {
+
+// Nodes are the holes; normals as NodesAtHoles defines them (model/fold/facet_chain.h): the mean of the two
+// neighbouring segments' d1, each the facet's normal turned by half the fold about the crease.
+FramedCurve CurveOfFacets(const TentacleLayout& layout, const std::vector<FacetState>& facets);
+
+// F with F F^T close to `covariance` (3 nodes square): the largest part by pivoted Cholesky, the rest as an
+// error of each node for itself. A node's own 3 x 3 block is exact. Nodes share the columns of the rest with
+// distant ones, which adds correlations between nodes that are far apart, no larger than that rest.
+//   rank  columns, at least 12; no more than 3 nodes are made
+Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank);
+
+}  // namespace tendril

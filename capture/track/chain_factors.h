@@ -1,0 +1,93 @@
+#pragma once
+// What the chain's solver asks of a guess: how badly does it fit one view of a tag, or the crease between two
+// facets, and how does that change with the guess? Each answer is a quadratic form, ready to be added up.
+//
+// SI units, rad, px. Chi-squares are dimensionless: residuals are divided by their sigma.
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "capture/rig/camera_model.h"
+#include "model/fold/design.h"
+
+namespace tendril {
+
+// One facet as the solver moves it. A step is (w, v, g): rotation <- rotation Exp(w), hole += v,
+// opening += g.
+struct FacetState {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // lab_from_sheet
+  Eigen::Vector3d hole = Eigen::Vector3d::Zero();          // the facet's hole, in the lab, m
+  // How far creases around here are opened or closed beyond what the fold law expects, of even and of odd
+  // creases, rad at a crease of mean compliance.
+  Eigen::Vector2d opening = Eigen::Vector2d::Zero();
+};
+
+inline constexpr int kFacetSize = 8;  // numbers in a step
+using FacetVector = Eigen::Matrix<double, kFacetSize, 1>;
+using FacetMatrix = Eigen::Matrix<double, kFacetSize, kFacetSize>;
+
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
+Eigen::Matrix3d RotationOf(const Eigen::Vector3d& rotation_vector);
+FacetState Stepped(const FacetState& state, const Eigen::Ref<const Eigen::VectorXd>& step);
+
+// A crease in the sheet, and which way it folds.
+struct CreaseGeometry {
+  Eigen::Vector3d along;       // unit vector along the crease, in the sheet's frame
+  Eigen::Vector3d across;      // along x (the sheet's normal): in the sheet, square to the crease
+  Eigen::Vector3d arm_before;  // from the hole before to the crease's centre, m
+  Eigen::Vector3d arm_after;   // from the hole after to the crease's centre, m
+  double turn = -1;            // the next facet turns by turn * 2 phi about `along`
+};
+CreaseGeometry GeometryOfCrease(const TentacleLayout& layout, int crease);
+
+// Fold angle phi between two facets' rotations, rad, in (-45 deg, 135 deg].
+double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
+                        const Eigen::Matrix3d& after);
+
+// What is expected of a crease, and how firmly.
+struct CreasePrior {
+  double expected_angle = 0;   // phi by the fold law, rad
+  double compliance = 1;       // how far this crease goes per unit of `opening`
+  double sigma_gap = 0.25e-3;  // mismatch of the two facets' creases, each axis, m
+  double sigma_swing = 0.02;   // turning about other axes than the crease, rad
+  double sigma_angle = 0.09;   // phi about its expectation, rad
+  double sigma_walk = 0.02;    // change of `opening` from one facet to the next, rad
+};
+
+// cost = sum of squared residuals; its gradient / 2 and Gauss-Newton Hessian / 2 over both facets' steps.
+struct CreaseFit {
+  double cost = 0;
+  Eigen::Matrix<double, 2 * kFacetSize, 1> gradient;
+  Eigen::Matrix<double, 2 * kFacetSize, 2 * kFacetSize> hessian;
+};
+CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, int crease_number,
+                      const FacetState& before, const FacetState& after);
+
+// One view of a tag: cost, gradient / 2 and Hessian / 2 over a rigid step (w in the sheet's axes about the
+// tag's centre, v in the lab) of the tag.
+struct ViewFit {
+  double cost = 0;
+  Eigen::Matrix<double, 6, 1> gradient;
+  Eigen::Matrix<double, 6, 6> hessian;
+};
+
+// corners_in_sheet, observed_px: in the same order. None if a corner is behind the camera.
+std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<double, 3, 4>& corners_in_sheet,
+                                 const Eigen::Matrix<double, 2, 4>& observed_px, double sigma_px,
+                                 const Eigen::Matrix3d& lab_from_sheet_rotation,
+                                 const Eigen::Vector3d& tag_center_in_lab);
+
+// The same views of one tag once the tag may sit a little off its place on the facet: turned by
+// sigma_rotation and moved by sigma_place on each axis. The slop is integrated out, so what the views say
+// about the tag's place is weaker, and the same for all cameras that see the tag.
+ViewFit WithSlop(const ViewFit& views, double sigma_rotation, double sigma_place);
+
+// Mean square distance between the views' corners and the tag at its most probable place, px^2 times the
+// number of corners / sigma_px^2.
+double CostAtBestPlace(const ViewFit& views, double sigma_rotation, double sigma_place);
+
+// From a step of the tag to a step of the facet: adds to the pose's part of gradient and Hessian.
+void AddToFacet(const ViewFit& tag, const Eigen::Matrix3d& lab_from_sheet_rotation,
+                const Eigen::Vector3d& hole_to_tag_in_sheet, FacetVector& gradient, FacetMatrix& hessian);
+
+}  // namespace tendril
