@@ -25,8 +25,7 @@ FramedCurve CurveOfFacets(const TentacleLayout& layout, const std::vector<FacetS
   for (int i = 0; i + 1 < holes; ++i) {
     const CreaseGeometry crease = GeometryOfCrease(layout, i);
     const double angle = FoldAngleBetween(crease, facets[i].rotation, facets[i + 1].rotation);
-    const Eigen::Matrix3d half_way =
-        facets[i].rotation * RotationOf(crease.turn * angle * crease.along);
+    const Eigen::Matrix3d half_way = facets[i].rotation * RotationOf(crease.turn * angle * crease.along);
     const Eigen::Vector3d chord = facets[i + 1].hole - facets[i].hole;
     tendon.segment_length[i] = chord.norm();
     // A closed segment's chord is shorter than its own error: the sheet's direction stands in.

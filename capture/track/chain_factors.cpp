@@ -84,9 +84,9 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
   jacobian.setZero();
 
   // The crease's centre as either facet carries it.
-  residual.head<3>() = (after.hole + after.rotation * crease.arm_after - before.hole -
-                        before.rotation * crease.arm_before) /
-                       prior.sigma_gap;
+  residual.head<3>() =
+      (after.hole + after.rotation * crease.arm_after - before.hole - before.rotation * crease.arm_before) /
+      prior.sigma_gap;
   jacobian.block<3, 3>(0, 0) = before.rotation * CrossMatrix(crease.arm_before) / prior.sigma_gap;
   jacobian.block<3, 3>(0, 3) = -Eigen::Matrix3d::Identity() / prior.sigma_gap;
   jacobian.block<3, 3>(0, kAfter) = -after.rotation * CrossMatrix(crease.arm_after) / prior.sigma_gap;
@@ -118,9 +118,8 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
                                              crease.across.transpose() * CrossMatrix(turned_across);
     const Eigen::RowVector3d sine_after = -crease.across.transpose() * relative * CrossMatrix(normal) +
                                           normal.transpose() * relative * CrossMatrix(crease.across);
-    const Eigen::RowVector3d cosine_after =
-        -normal.transpose() * relative * CrossMatrix(normal) -
-        crease.across.transpose() * relative * CrossMatrix(crease.across);
+    const Eigen::RowVector3d cosine_after = -normal.transpose() * relative * CrossMatrix(normal) -
+                                            crease.across.transpose() * relative * CrossMatrix(crease.across);
     const double scale = 0.5 * crease.turn / (square * prior.sigma_angle);
     jacobian.block<1, 3>(5, 0) = scale * (turning.cosine * sine_before - turning.sine * cosine_before);
     jacobian.block<1, 3>(5, kAfter) = scale * (turning.cosine * sine_after - turning.sine * cosine_after);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "capture/track/chain_curve.h"
@@ -78,9 +79,9 @@ void FitViews(const Problem& problem, const std::vector<FacetState>& facets, Lin
     const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[facet]);
     const Eigen::Vector3d center = view.place->corners_in_sheet.rowwise().mean();
     const FacetState& state = facets[facet];
-    at.views[v] = FitOfView(problem.cameras[view.camera], view.place->corners_in_sheet, view.corners_px,
-                            options.sigma_corner_px, state.rotation,
-                            state.hole + state.rotation * (center - hole));
+    at.views[v] =
+        FitOfView(problem.cameras[view.camera], view.place->corners_in_sheet, view.corners_px,
+                  options.sigma_corner_px, state.rotation, state.hole + state.rotation * (center - hole));
     if (at.views[v]) {
       at.view_cost[v] = WithSlop(*at.views[v], options.sigma_tag_turn, options.sigma_tag_place).cost;
     }
@@ -90,7 +91,8 @@ void FitViews(const Problem& problem, const std::vector<FacetState>& facets, Lin
 // The views of one tag, weighted and added up; false if none of them counts.
 bool SumOfViews(const Linearised& at, const std::vector<double>& weight, const std::vector<int>& members,
                 ViewFit& sum) {
-  sum = {.cost = 0, .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
+  sum = {.cost = 0,
+         .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
          .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
   bool any = false;
   for (const int v : members) {
@@ -150,8 +152,8 @@ void Assemble(const Problem& problem, const std::vector<FacetState>& facets,
                at.matrix.diagonal[place.facet]);
   }
   for (std::size_t i = 0; i + 1 < count; ++i) {
-    const CreaseFit fit = FitOfCrease(problem.creases[i], problem.priors[i], static_cast<int>(i), facets[i],
-                                      facets[i + 1]);
+    const CreaseFit fit =
+        FitOfCrease(problem.creases[i], problem.priors[i], static_cast<int>(i), facets[i], facets[i + 1]);
     at.prior_cost += fit.cost;
     at.gradient[i] += fit.gradient.head<kFacetSize>();
     at.gradient[i + 1] += fit.gradient.tail<kFacetSize>();
@@ -165,17 +167,6 @@ void Assemble(const Problem& problem, const std::vector<FacetState>& facets,
 
 // Cauchy's loss on a view's chi-square, per view: what is far off hardly pulls.
 double CauchyScale(const ChainOptions& options) { return kCornerNumbers * options.largest_chi_square / 2; }
-
-double RobustCost(const Problem& problem, const Linearised& at) {
-  const double scale = CauchyScale(*problem.options);
-  double cost = at.prior_cost;
-  for (std::size_t v = 0; v < at.views.size(); ++v) {
-    // A view that can't even be projected costs as much as one that is 100 times too far off.
-    const double far = at.views[v] ? at.view_cost[v] : 100 * kCornerNumbers * problem.options->largest_chi_square;
-    cost += scale * std::log1p(far / scale);
-  }
-  return cost;
-}
 
 struct Descent {
   std::vector<FacetState> facets;
@@ -253,24 +244,18 @@ void Descend(const Problem& problem, Descent& run, bool frozen) {
   }
 }
 
-Descent DescentFrom(const Problem& problem, std::vector<FacetState> start) {
-  Descent run;
-  run.facets = std::move(start);
-  run.weight.assign(problem.views.size(), 1.0);
-  Descend(problem, run, false);
-  return run;
-}
-
 // What one view adds to the form of its facet's pose, given the other views of its tag that count.
 ViewFit ShareOfView(const Problem& problem, const Descent& run, const std::vector<int>& members, int view) {
   const ChainOptions& options = *problem.options;
   const TagPlace& place = *problem.views[view].place;
   const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[place.facet]);
   const Eigen::Vector3d arm = place.corners_in_sheet.rowwise().mean() - hole;
-  ViewFit share{.cost = 0, .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
+  ViewFit share{.cost = 0,
+                .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
                 .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
   for (const bool with : {true, false}) {
-    ViewFit sum = {.cost = 0, .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
+    ViewFit sum = {.cost = 0,
+                   .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
                    .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
     for (const int v : members) {
       const bool counts = v == view ? with : run.weight[v] > 0;
@@ -307,9 +292,8 @@ std::vector<double> Disagreement(const Problem& problem, const Descent& run) {
       const ViewFit share = ShareOfView(problem, run, members, v);
       const bool in = run.weight[v] > 0;
       // In: the cost that leaving it out would save. Out: the cost that taking it in would add.
-      const Eigen::Matrix<double, 6, 6> moved =
-          in ? Eigen::Matrix<double, 6, 6>(information - share.hessian)
-             : Eigen::Matrix<double, 6, 6>(information + share.hessian);
+      const Eigen::Matrix<double, 6, 6> moved = in ? Eigen::Matrix<double, 6, 6>(information - share.hessian)
+                                                   : Eigen::Matrix<double, 6, 6>(information + share.hessian);
       const double by_moving = share.gradient.dot(moved.ldlt().solve(share.gradient));
       disagreement[v] = in ? share.cost + std::max(0.0, by_moving) : share.cost - by_moving;
     }
@@ -354,6 +338,31 @@ void Decide(const Problem& problem, Descent& run) {
   }
 }
 
+Descent DescentFrom(const Problem& problem, std::vector<FacetState> start) {
+  Descent run;
+  run.facets = std::move(start);
+  run.weight.assign(problem.views.size(), 1.0);
+  Descend(problem, run, false);
+  Decide(problem, run);
+  return run;
+}
+
+// To compare answers that leave out different views: a view left out costs what the worst one taken in may.
+double CostWithRejects(const Problem& problem, const Descent& run) {
+  const double limit = kCornerNumbers * problem.options->largest_chi_square;
+  double cost = run.at.cost;
+  for (const double weight : run.weight) cost += weight > 0 ? 0 : limit;
+  return cost;
+}
+
+// Whether another start might lead to a better answer.
+bool IsDoubtful(const Problem& problem, const Descent& run) {
+  const double used = std::accumulate(run.weight.begin(), run.weight.end(), 0.0);
+  const double total = static_cast<double>(run.weight.size());
+  if (problem.views.empty()) return false;
+  return !run.converged || used < 0.85 * total || run.at.cost > 0.8 * kCornerNumbers * used;
+}
+
 double RmsReprojection(const Problem& problem, const Descent& run) {
   const ChainOptions& options = *problem.options;
   double squares = 0;
@@ -369,8 +378,8 @@ double RmsReprojection(const Problem& problem, const Descent& run) {
 }
 
 // Which nodes count as seen, bridged and not seen, from the holes' covariance.
-void JudgeNodes(const Problem& problem, const std::vector<char>& facet_seen, const Eigen::MatrixXd& covariance,
-                ChainSolution& solution) {
+void JudgeNodes(const Problem& problem, const std::vector<char>& facet_seen,
+                const Eigen::MatrixXd& covariance, ChainSolution& solution) {
   const ChainOptions& options = *problem.options;
   const Eigen::VectorXd& hole_z = problem.model->layout.hole_z;
   const int count = static_cast<int>(hole_z.size());
@@ -383,7 +392,8 @@ void JudgeNodes(const Problem& problem, const std::vector<char>& facet_seen, con
     }
     solution.interpolated[i] = facet_seen[i] != 0 ? 0 : 1;
     solution.sigma[i] = std::sqrt(covariance.diagonal().segment<3>(3 * i).sum());
-    if (facet_seen[i] == 0 && (nearest > options.farthest_seen || solution.sigma[i] > options.largest_sigma)) {
+    if (facet_seen[i] == 0 &&
+        (nearest > options.farthest_seen || solution.sigma[i] > options.largest_sigma)) {
       solution.sigma[i] = std::numeric_limits<double>::quiet_NaN();
     }
   }
@@ -410,24 +420,21 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   }
   const Problem problem = MakeProblem(model, cameras, views, options);
 
-  Descent best = DescentFrom(problem, StartOfChain(model, cameras, views, options));
+  const std::vector<std::vector<FacetCandidate>> candidates =
+      CandidatesOfFacets(model, cameras, views, options);
+  // Other starts cost time, so they are tried only while what has been found looks doubtful.
+  Descent best = DescentFrom(problem, StartOfChain(model, candidates, options, 0.20));
+  int iterations = best.iterations;
   const auto consider = [&](std::vector<FacetState> start) {
     Descent other = DescentFrom(problem, std::move(start));
-    const int iterations = best.iterations + other.iterations;
-    if (RobustCost(problem, other.at) < RobustCost(problem, best.at)) best = std::move(other);
-    best.iterations = iterations;
+    iterations += other.iterations;
+    if (CostWithRejects(problem, other) < CostWithRejects(problem, best)) best = std::move(other);
   };
-  // Other starts cost time, so they are tried only where the first one leaves views unexplained.
-  const auto unexplained = [&] {
-    double count = 0;
-    for (const double cost : best.at.view_cost) count += cost > kCornerNumbers * options.largest_chi_square;
-    return count > 0.15 * static_cast<double>(views.size());
-  };
-  if (previous != nullptr && static_cast<int>(previous->facets.size()) == holes && unexplained()) {
-    consider(previous->facets);
-  }
-  if (!views.empty() && unexplained()) consider(problem.nominal);
-  Decide(problem, best);
+  if (IsDoubtful(problem, best)) consider(StartOfChain(model, candidates, options, 0.06));
+  const bool has_previous = previous != nullptr && static_cast<int>(previous->facets.size()) == holes;
+  if (has_previous && IsDoubtful(problem, best)) consider(previous->facets);
+  if (IsDoubtful(problem, best)) consider(problem.nominal);
+  best.iterations = iterations;
 
   ChainSolution solution;
   solution.facets = best.facets;

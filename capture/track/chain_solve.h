@@ -31,20 +31,20 @@ struct TagView {
 struct ChainModel {
   TentacleLayout layout;
   Eigen::VectorXd expected_angle;  // phi_i by the fold law at the commanded pull, rad             (creases)
-  double closed_angle = 1.5707963267948966;  // phi_max, rad
+  double closed_angle = 1.5707963267948966;                             // phi_max, rad
   Eigen::Isometry3d lab_from_tentacle = Eigen::Isometry3d::Identity();  // where the gripper holds it
 };
 
 // How firmly each piece of knowledge is held: 1-sigma values.
 struct ChainOptions {
-  double sigma_corner_px = 0.12;     // the detector's corners
-  double sigma_tag_place = 0.15e-3;  // a tag against its place on the facet, each axis, m
-  double sigma_tag_turn = 0.02;      // likewise, and the facet's bending, each axis, rad
-  double sigma_hole = 0.10e-3;       // a hole against its place on the facet, each axis, m
-  double sigma_gap = 0.20e-3;        // a crease as carried by its two facets, each axis, m
-  double sigma_swing = 0.02;         // turning about other axes than the crease, rad
-  double sigma_angle = 0.07;         // a crease's phi about what its neighbours suggest, rad
-  double sigma_opening = 0.20;       // how far the whole tentacle opens or closes beyond the law, rad
+  double sigma_corner_px = 0.12;      // the detector's corners
+  double sigma_tag_place = 0.15e-3;   // a tag against its place on the facet, each axis, m
+  double sigma_tag_turn = 0.02;       // likewise, and the facet's bending, each axis, rad
+  double sigma_hole = 0.10e-3;        // a hole against its place on the facet, each axis, m
+  double sigma_gap = 0.20e-3;         // a crease as carried by its two facets, each axis, m
+  double sigma_swing = 0.02;          // turning about other axes than the crease, rad
+  double sigma_angle = 0.07;          // a crease's phi about what its neighbours suggest, rad
+  double sigma_opening = 0.20;        // how far the whole tentacle opens or closes beyond the law, rad
   double sigma_opening_walk = 0.015;  // change of that from one crease to the next, rad
   double sigma_base_place = 1.5e-3;   // hole 0 against its nominal place, each axis, m
   double sigma_base_turn = 0.03;      // its facet likewise, about other axes than the crease, rad
@@ -72,10 +72,11 @@ struct ChainSolution {
   int iterations = 0;
   bool converged = false;
   int views_used = 0;
-  int views_rejected = 0;         // wrong identities, outliers, behind the camera, not finite
+  int views_rejected = 0;  // wrong identities, outliers, behind the camera, not finite
   int facets_seen = 0;
-  double chi_square = 0;          // of everything, per degree of freedom; about 1 if the sigmas are right
-  double rms_reprojection_px = 0; // per corner of the views used, each tag at its most probable place; NaN: none
+  double chi_square = 0;  // of everything, per degree of freedom; about 1 if the sigmas are right
+  double rms_reprojection_px =
+      0;  // per corner of the views used, each tag at its most probable place; NaN: none
   double seconds = 0;
 };
 

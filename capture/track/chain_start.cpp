@@ -14,11 +14,10 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kViewBound = 60;        // chi-square beyond which a view says no more about a candidate
-constexpr double kStepBound = 25;        // likewise of a pair of candidates
-constexpr double kPassedOver = 20;       // price of a facet that has candidates and takes none
-constexpr int kMostPassedOver = 4;       // in a row
-constexpr double kBendPerCrease = 0.20;  // what the fold law may be off by, rad per crease
+constexpr double kViewBound = 60;   // chi-square beyond which a view says no more about a candidate
+constexpr double kStepBound = 25;   // likewise of a pair of candidates
+constexpr double kPassedOver = 20;  // price of a facet that has candidates and takes none
+constexpr int kMostPassedOver = 4;  // in a row
 
 Vector6 PoseStep(const Eigen::Vector3d& turn, const Eigen::Vector3d& move) {
   Vector6 step;
@@ -39,8 +38,7 @@ std::vector<FacetState> PosesOfView(const Camera& camera, const TagView& view, d
   Eigen::Matrix3d sheet_from_tag;
   sheet_from_tag.col(0) = (corners.col(1) - corners.col(0)).normalized();
   const Eigen::Vector3d up = corners.col(3) - corners.col(0);
-  sheet_from_tag.col(1) =
-      (up - sheet_from_tag.col(0) * sheet_from_tag.col(0).dot(up)).normalized();
+  sheet_from_tag.col(1) = (up - sheet_from_tag.col(0) * sheet_from_tag.col(0).dot(up)).normalized();
   sheet_from_tag.col(2) = sheet_from_tag.col(0).cross(sheet_from_tag.col(1));
 
   std::vector<cv::Point3d> in_tag;
@@ -69,8 +67,7 @@ std::vector<FacetState> PosesOfView(const Camera& camera, const TagView& view, d
     if (!turn.allFinite() || !tag_in_camera.allFinite() || !(tag_in_camera.z() > 0)) continue;
     FacetState state;
     state.rotation = lab_from_camera.linear() * RotationOf(turn) * sheet_from_tag.transpose();
-    state.hole = lab_from_camera * tag_in_camera +
-                 state.rotation * (Eigen::Vector3d(0, 0, hole_z) - center);
+    state.hole = lab_from_camera * tag_in_camera + state.rotation * (Eigen::Vector3d(0, 0, hole_z) - center);
     poses.push_back(state);
   }
   return poses;
@@ -139,10 +136,10 @@ bool Alike(const FacetState& a, const FacetState& b) {
   return cosine > std::cos(0.05) && (a.hole - b.hole).norm() < 0.002;
 }
 
-// Chi-square of candidate `b` at facet j following candidate `a` at facet i < j, bounded.
+// Chi-square of candidate `b` at facet j following candidate `a` at facet i <= j, bounded.
 double PriceOfStep(const ChainModel& model, const std::vector<FacetState>& nominal,
-                   const std::vector<CreaseGeometry>& creases, const ChainOptions& options, int i,
-                   const FacetCandidate& a, int j, const FacetCandidate& b) {
+                   const std::vector<CreaseGeometry>& creases, const ChainOptions& options, double doubt,
+                   int i, const FacetCandidate& a, int j, const FacetCandidate& b) {
   Vector6 off;
   Matrix6 spread = Matrix6::Zero();
   double price = 0;
@@ -166,21 +163,20 @@ double PriceOfStep(const ChainModel& model, const std::vector<FacetState>& nomin
     spread.diagonal().head<3>().array() += 4 * options.sigma_gap * options.sigma_gap;
     spread.diagonal().tail<3>().array() += 4 * options.sigma_swing * options.sigma_swing;
     const double angle = FoldAngleBetween(crease, a.state.rotation, b.state.rotation);
-    const double turn_variance = a.covariance.topLeftCorner<3, 3>().trace() +
-                                 b.covariance.topLeftCorner<3, 3>().trace();
-    const double sigma = std::sqrt(kBendPerCrease * kBendPerCrease + 0.25 * turn_variance);
+    const double turn_variance =
+        a.covariance.topLeftCorner<3, 3>().trace() + b.covariance.topLeftCorner<3, 3>().trace();
+    const double sigma = std::sqrt(doubt * doubt + 0.25 * turn_variance);
     price += std::pow((angle - model.expected_angle[i]) / sigma, 2);
   } else {
     // The fold law bridges the gap, the less surely the longer it is.
     const FacetState& before = nominal[i];
     const FacetState& after = nominal[j];
-    const Eigen::Matrix3d rotation =
-        a.state.rotation * before.rotation.transpose() * after.rotation;
+    const Eigen::Matrix3d rotation = a.state.rotation * before.rotation.transpose() * after.rotation;
     const Eigen::Vector3d arm = a.state.rotation * before.rotation.transpose() * (after.hole - before.hole);
     const Eigen::AngleAxisd turned(Eigen::Matrix3d(rotation * b.state.rotation.transpose()));
     off = PoseStep(turned.angle() * turned.axis(), b.state.hole - a.state.hole - arm);
     const double gap = model.layout.hole_z[j] - model.layout.hole_z[i];
-    const double turn = 2 * kBendPerCrease * std::sqrt(static_cast<double>(j - i));
+    const double turn = 2 * doubt * std::sqrt(static_cast<double>(j - i));
     spread.diagonal().head<3>().setConstant(turn * turn + a.covariance.topLeftCorner<3, 3>().trace() +
                                             b.covariance.topLeftCorner<3, 3>().trace());
     const double move = 0.5 * turn * gap;
@@ -212,9 +208,8 @@ void Bridge(const std::vector<FacetState>& nominal, int first, int last, std::ve
       const FacetState high = carried(last, i);
       const double share = static_cast<double>(i - first) / (last - first);
       facets[i].hole = (1 - share) * low.hole + share * high.hole;
-      facets[i].rotation = Eigen::Quaterniond(low.rotation)
-                               .slerp(share, Eigen::Quaterniond(high.rotation))
-                               .toRotationMatrix();
+      facets[i].rotation =
+          Eigen::Quaterniond(low.rotation).slerp(share, Eigen::Quaterniond(high.rotation)).toRotationMatrix();
     }
   }
 }
@@ -267,11 +262,10 @@ std::vector<std::vector<FacetCandidate>> CandidatesOfFacets(const ChainModel& mo
   return candidates;
 }
 
-std::vector<FacetState> StartOfChain(const ChainModel& model, std::span<const Camera> cameras,
-                                     std::span<const TagView> views, const ChainOptions& options) {
+std::vector<FacetState> StartOfChain(const ChainModel& model,
+                                     const std::vector<std::vector<FacetCandidate>>& candidates,
+                                     const ChainOptions& options, double doubt) {
   const std::vector<FacetState> nominal = NominalChain(model);
-  const std::vector<std::vector<FacetCandidate>> candidates =
-      CandidatesOfFacets(model, cameras, views, options);
   std::vector<CreaseGeometry> creases;
   for (int i = 0; i < model.layout.crease_z.size(); ++i) creases.push_back(GeometryOfCrease(model.layout, i));
   std::vector<int> occupied;  // facets that have candidates
@@ -309,8 +303,7 @@ std::vector<FacetState> StartOfChain(const ChainModel& model, std::span<const Ca
       const FacetCandidate& here = candidates[facet][c];
       Choice& choice = best[k][c];
       if (k <= kMostPassedOver) {
-        const double price = facet == 0 ? 0
-                                        : PriceOfStep(model, nominal, creases, options, 0, base, facet, here);
+        const double price = PriceOfStep(model, nominal, creases, options, doubt, 0, base, facet, here);
         choice = {.price = passed(-1, k) + price + here.cost, .before = -1, .candidate = -1};
       }
       for (int before = std::max(0, k - 1 - kMostPassedOver); before < k; ++before) {
@@ -318,7 +311,7 @@ std::vector<FacetState> StartOfChain(const ChainModel& model, std::span<const Ca
         for (std::size_t d = 0; d < best[before].size(); ++d) {
           if (best[before][d].price + between >= choice.price) continue;
           const double price = best[before][d].price + between +
-                               PriceOfStep(model, nominal, creases, options, occupied[before],
+                               PriceOfStep(model, nominal, creases, options, doubt, occupied[before],
                                            candidates[occupied[before]][d], facet, here);
           if (price < choice.price) {
             choice = {.price = price, .before = before, .candidate = static_cast<int>(d)};

@@ -29,7 +29,10 @@ std::vector<std::vector<FacetCandidate>> CandidatesOfFacets(const ChainModel& mo
 std::vector<FacetState> NominalChain(const ChainModel& model);
 
 // The chosen candidates, joined by the fold law's angles where nothing was chosen.
-std::vector<FacetState> StartOfChain(const ChainModel& model, std::span<const Camera> cameras,
-                                     std::span<const TagView> views, const ChainOptions& options);
+//   doubt  how far a crease may be off the fold law's angle, rad: large where creases are seen, smaller
+//          where the law has to tell which of two poses is meant beyond a long gap
+std::vector<FacetState> StartOfChain(const ChainModel& model,
+                                     const std::vector<std::vector<FacetCandidate>>& candidates,
+                                     const ChainOptions& options, double doubt);
 
 }  // namespace tendril

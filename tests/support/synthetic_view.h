@@ -20,8 +20,8 @@ inline constexpr double kDegree = std::numbers::pi / 180;
 
 // How far truth departs from the design: standard deviations.
 struct Imperfection {
-  double hole = 0.15e-3;          // along the sheet, m
-  double crease = 0.15e-3;        // likewise
+  double hole = 0.15e-3;    // along the sheet, m
+  double crease = 0.15e-3;  // likewise
   double crease_angle = 0.3 * kDegree;
   double fold_angle = 2 * kDegree;  // each crease by itself
   double pull = 0.01;               // of the whole tentacle
@@ -39,13 +39,13 @@ struct Picture {
 };
 
 struct Truth {
-  ChainModel model;              // what the tracker is told
+  ChainModel model;  // what the tracker is told
   TagLayout tags;
-  Eigen::Matrix3Xd holes;        // in the lab, m
+  Eigen::Matrix3Xd holes;  // in the lab, m
   Eigen::Matrix3Xd normals;
   std::vector<Eigen::Isometry3d> lab_from_sheet;
-  std::vector<TagView> views;    // point into `tags`
-  std::vector<char> outlier;     // (views)
+  std::vector<TagView> views;  // point into `tags`
+  std::vector<char> outlier;   // (views)
   std::vector<char> facet_visible;
 };
 
@@ -134,8 +134,7 @@ inline Truth MakeTruth(const TentacleDesign& design, double pull, const std::vec
       bent = step * bent;
     }
     truth.lab_from_sheet.push_back(truth.model.lab_from_tentacle * bent * chain.tentacle_from_sheet[i]);
-    const Eigen::Vector3d hole(0, off.hole * normal(random),
-                               layout.hole_z[i] + off.hole * normal(random));
+    const Eigen::Vector3d hole(0, off.hole * normal(random), layout.hole_z[i] + off.hole * normal(random));
     truth.holes.col(i) = truth.lab_from_sheet[i] * hole;
   }
   truth.facet_visible.assign(holes, 0);
@@ -162,8 +161,7 @@ inline Truth MakeTruth(const TentacleDesign& design, double pull, const std::vec
         inside = inside && pixel && pixel->x() > 0 && pixel->y() > 0 && pixel->x() < cameras[c].width_px &&
                  pixel->y() < cameras[c].height_px;
         if (!inside) break;
-        view.corners_px.col(k) =
-            *pixel + off.corner_px * Eigen::Vector2d(normal(random), normal(random));
+        view.corners_px.col(k) = *pixel + off.corner_px * Eigen::Vector2d(normal(random), normal(random));
       }
       if (!inside) continue;
       const bool wrong = uniform(random) < picture.outliers;
