@@ -1,0 +1,153 @@
+// model/fold/design.h, gripper.h, cut_pattern.h: counts, widths, ranges; where tentacles hang; what can be
+// cut.
+#include "model/fold/design.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "model/fold/cut_pattern.h"
+#include "model/fold/gripper.h"
+
+namespace tendril {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+TEST(LayOut, ThePapersCountsAndSpacing) {
+  const TentacleLayout layout = LayOut({}).value();
+  ASSERT_EQ(layout.hole_z.size(), 49);
+  ASSERT_EQ(layout.crease_z.size(), 48);
+  ASSERT_EQ(layout.facets.size(), 49u);
+  EXPECT_NEAR(FlatTendonLength(layout), 0.720, 1e-15);
+  EXPECT_NEAR(layout.base_z, -0.015, 1e-15);
+  EXPECT_NEAR(layout.tip_z, 0.735, 1e-15);
+  EXPECT_NEAR(layout.hole_z[1], 0.020, 1e-15);
+  EXPECT_NEAR(layout.hole_z[2], 0.030, 1e-15);
+  EXPECT_NEAR(layout.crease_z[0], 0.010, 1e-15);
+  EXPECT_NEAR(layout.crease_z[1], 0.025, 1e-15);
+  // Crease 0 is 25 mm of 750 mm from the base: 20 mm - 10 mm / 30.
+  EXPECT_NEAR(layout.width[0], 0.020 - 0.010 / 30, 1e-15);
+  EXPECT_NEAR(layout.stiffness[0], layout.width[0] / 0.020, 1e-15);
+}
+
+TEST(LayOut, FacetsTileTheSheet) {
+  for (const double beta : {15.0, 75.0, 165.0}) {
+    TentacleDesign design;
+    design.beta = beta * kDegree;
+    design.base_width = 0.002;  // narrow enough for creases at 15 degrees
+    const TentacleLayout layout = LayOut(design).value();
+    double area = 0;
+    for (const Eigen::Matrix3Xd& facet : layout.facets) {
+      double own = 0;
+      for (int i = 0; i < 4; ++i) {
+        const int j = (i + 1) % 4;
+        own += 0.5 * (facet(1, i) * facet(2, j) - facet(1, j) * facet(2, i));
+      }
+      EXPECT_GT(own, 0);  // counter-clockwise from +x
+      area += own;
+    }
+    EXPECT_NEAR(area, 0.75 * 0.0015, 1e-15);  // a trapezium, 2 mm to 1 mm
+  }
+}
+
+TEST(LayOut, RefusesWhatIsOutOfRangeByName) {
+  const auto message_of = [](auto change) {
+    TentacleDesign design;
+    change(design);
+    const auto layout = LayOut(design);
+    return layout.ok() ? std::string("accepted") : layout.error().message;
+  };
+  EXPECT_EQ(message_of([](auto& d) { d.length = -0.75; }).substr(0, 14), "length = -0.75");
+  EXPECT_EQ(message_of([](auto& d) { d.taper = std::nan(""); }).substr(0, 11), "taper = nan");
+  EXPECT_EQ(message_of([](auto& d) { d.alpha = 0; }).substr(0, 13), "alpha_deg = 0");
+  EXPECT_EQ(message_of([](auto& d) { d.beta = std::numbers::pi; }).substr(0, 14), "beta_deg = 180");
+  EXPECT_EQ(message_of([](auto& d) { d.holes = 1; }).substr(0, 9), "holes = 1");
+  EXPECT_EQ(message_of([](auto& d) { d.closed_angle = 1.6; }).substr(0, 16), "closed_angle_deg");
+  EXPECT_NE(message_of([](auto& d) { d.holes = 60; }).find("need 0.89 m"), std::string::npos)
+      << message_of([](auto& d) { d.holes = 60; });
+}
+
+TEST(LabFromTentacle, HangsDownWithTheOuterFaceOutwardTiltedTowardTheAxis) {
+  for (const auto handedness : {Handedness::kMirror, Handedness::kNormals, Handedness::kSame}) {
+    Gripper gripper;
+    gripper.handedness = handedness;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Isometry3d pose = LabFromTentacle(gripper, i);
+      const Eigen::Vector3d hole = pose.translation();
+      EXPECT_NEAR(hole.norm(), 0.12, 1e-15);
+      EXPECT_EQ(hole.z(), 0);
+      EXPECT_NEAR(
+          std::remainder(std::atan2(hole.y(), hole.x()) - (22.5 + 45 * i) * kDegree, 2 * std::numbers::pi), 0,
+          1e-14);
+      EXPECT_NEAR(pose.linear().determinant(), 1, 1e-14);
+      EXPECT_LT((pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+      EXPECT_NEAR(pose.linear()(2, 2), -std::cos(5 * kDegree), 1e-15);
+      EXPECT_LT(pose.linear().col(2).dot(hole), 0);  // the tip leans to the axis
+      const double outward = pose.linear().col(0).dot(hole.normalized());
+      const double sign = handedness == Handedness::kNormals && i % 2 == 1 ? -1 : 1;
+      EXPECT_NEAR(outward, sign * std::cos(5 * kDegree), 1e-14);
+    }
+  }
+}
+
+TEST(DesignOfTentacle, OnlyOddTentaclesOfAMirrorGripperAreMirrored) {
+  Gripper gripper;
+  EXPECT_NEAR(DesignOfTentacle(gripper, {}, 1).beta, 105 * kDegree, 1e-15);
+  EXPECT_EQ(DesignOfTentacle(gripper, {}, 1).alpha, std::numbers::pi / 2);
+  EXPECT_EQ(DesignOfTentacle(gripper, {}, 2).beta, TentacleDesign{}.beta);
+  gripper.handedness = Handedness::kNormals;
+  EXPECT_EQ(DesignOfTentacle(gripper, {}, 1).beta, TentacleDesign{}.beta);
+}
+
+TEST(CutPattern, DashesLieOnTheirCreaseInsideTheOutline) {
+  const CutPattern pattern = CutPatternOf({}, {.dash = 2e-3, .gap = 1e-3}).value();
+  ASSERT_EQ(pattern.creases.size(), 48u);
+  EXPECT_NEAR(pattern.length, 0.75, 1e-15);
+  EXPECT_NEAR(pattern.width, 0.02, 1e-15);
+  for (size_t i = 0; i < 48; ++i) {
+    const CutCrease& crease = pattern.creases[i];
+    ASSERT_FALSE(crease.dashes.empty());
+    const double angle = i % 2 == 0 ? 90 : 105;  // y of the sheet is drawn downward
+    for (size_t k = 0; k < crease.dashes.size(); ++k) {
+      const Eigen::Vector2d dash = crease.dashes[k].to - crease.dashes[k].from;
+      EXPECT_NEAR(dash.norm(), 2e-3, 1e-12);
+      EXPECT_NEAR(std::atan2(dash.y(), dash.x()) / kDegree, angle, 1e-9);
+      if (k == 0) continue;
+      EXPECT_NEAR((crease.dashes[k].from - crease.dashes[k - 1].to).norm(), 1e-3, 1e-12);
+    }
+    for (const Eigen::Vector2d& end : {crease.dashes.front().from, crease.dashes.back().to}) {
+      const double half_width = 0.01 - 0.005 * end.x() / 0.75;
+      EXPECT_LT(std::abs(end.y() - 0.01), half_width - 0.4e-3);  // half a gap stands
+    }
+  }
+  EXPECT_NEAR(pattern.holes(0, 0), 0.015, 1e-15);
+  EXPECT_NEAR(pattern.holes(1, 48), 0.01, 1e-15);
+}
+
+TEST(CutPattern, RefusesWhatNoPlotterCanCutAndSaysWhere) {
+  const auto message_of = [](auto change) {
+    TentacleDesign design;
+    change(design);
+    EXPECT_TRUE(LayOut(design).ok());  // it can still be folded
+    const auto pattern = CutPatternOf(design);
+    return pattern.ok() ? std::string("accepted") : pattern.error().message;
+  };
+  const auto crossing = message_of([](auto& d) { d.beta = 30 * kDegree; });
+  EXPECT_NE(crossing.find("creases 0 and 1 cross"), std::string::npos) << crossing;
+  const auto wide = message_of([](auto& d) { d.hole_diameter = 0.012, d.spacing_ratio = 1; });
+  EXPECT_NE(wide.find("hole 39, 600 mm"), std::string::npos)
+      << wide;  // the ribbon is 12 mm wide there, less at the hole's far side
+  const auto leaves = message_of([](auto& d) { d.alpha = 20 * kDegree, d.beta = 20 * kDegree; });
+  EXPECT_NE(leaves.find("crease 0, 25 mm from the base end, leaves"), std::string::npos) << leaves;
+  const auto hit = message_of([](auto& d) { d.spacing_ratio = 0.05; });
+  EXPECT_NE(hit.find("meets crease 1"), std::string::npos) << hit;
+  const auto end = message_of([](auto& d) { d.length = 0.7201; });
+  EXPECT_NE(end.find("hole 0"), std::string::npos) << end;
+  EXPECT_FALSE(CutPatternOf({}, {.dash = 0}).ok());
+  EXPECT_FALSE(CutPatternOf({}, {.gap = 0.05}).ok());
+}
+
+}  // namespace
+}  // namespace tendril
