@@ -1,6 +1,7 @@
 #include "cli/commands.h"
 
 #include "cli/design_commands.h"
+#include "cli/detect_command.h"
 #include "cli/fold_command.h"
 #include "cli/record_command.h"
 
@@ -14,6 +15,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeDesignCutCommand());
   all.push_back(MakeFoldCommand());
   all.push_back(MakeRecordCommand());
+  all.push_back(MakeDetectCommand());
   return all;
 }
 

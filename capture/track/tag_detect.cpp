@@ -58,7 +58,8 @@ Result<TagDetector> TagDetector::Create(const TagDetectOptions& options) {
   library->family = CreateFamily(options.family);
   library->detector = apriltag_detector_create();
   apriltag_detector* detector = library->detector;
-  apriltag_detector_add_family_bits(detector, library->family, options.max_hamming);
+  const int bits = library->family->ncodes > 10000 ? std::min(options.max_hamming, 1) : options.max_hamming;
+  apriltag_detector_add_family_bits(detector, library->family, bits);
   if (library->family->impl == nullptr) {
     return Error{ErrorKind::kIo,
                  "no memory for the tables of " + options.family + "; expected fewer wrong bits"};
