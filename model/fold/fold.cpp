@@ -101,6 +101,7 @@ Result<Fold> SolveFold(const TentacleLayout& layout, double base_width, double c
   if (pull == closed_share.high) {
     k = all_closed;
   } else if (k * largest > 1e-9) {  // below, the start is the answer to 1e-18
+    // 3 to 8 for the paper's tentacle, 28 at most over 20,000 random designs.
     for (int iteration = 0; iteration < 500; ++iteration) {
       Double2 closed_length;
       double open = 0;
