@@ -1,0 +1,62 @@
+#pragma once
+// From a trial's recording to its centerlines: detections.csv (which tags were seen where) and curves.h5 (one
+// framed curve per tentacle and frame, with sigma). Both can be deleted and made again.
+//
+// Lab frame, SI; time in seconds since the trial began.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/track/chain_solve.h"
+#include "capture/track/tag_detect.h"
+#include "db/files/recording_logs.h"
+#include "db/lab.h"
+#include "model/geometry/framed_curve.h"
+#include "model/progress.h"
+#include "model/result.h"
+
+namespace tendril {
+
+struct TrackOptions {
+  TagDetectOptions detect;  // the family is the trial's
+  ChainOptions chain;
+  bool from_detections = false;  // start from the folder's detections.csv; the videos are not read
+  int threads = 2;               // pictures, then tentacles, that are worked on at once
+  // Pictures of two cameras belong together if their host times differ by less than this share of camera 0's
+  // frame interval.
+  double same_moment = 0.4;
+};
+
+struct TrackedTentacle {
+  double seen_fraction = 0;        // nodes whose facet was seen, over all frames
+  double rms_reprojection_px = 0;  // NaN: no view was used
+  double median_sigma = 0;         // of the seen nodes, m; NaN: none
+  int views_used = 0;
+  int views_rejected = 0;
+};
+
+struct TrackedTrial {
+  std::vector<CurveSeries>
+      curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen
+  std::vector<TrackedTentacle> tentacles;
+  std::vector<DetectionRow> detections;
+  int frames = 0;
+  int unknown_tags = 0;       // detections whose id is on no facet of this gripper
+  double detect_seconds = 0;  // summed over threads
+  double solve_seconds = 0;
+  std::vector<std::string> warnings;
+};
+
+// Reads trial.toml, cam<i>.mkv and cam<i>.csv, servo.csv of a trial's folder; writes the two files.
+//   errors  what the files' readers say; kBadInput: the rig has no camera, a log does not fit its video;
+//           kStopped: progress said so (nothing is written)
+Result<TrackedTrial> TrackTrial(const std::filesystem::path& folder, const TrackOptions& options = {},
+                                const Progress& progress = {});
+
+// TrackTrial, then the lab's row with what it was made from.
+//   program  "tendril 0.1.0"
+Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const TrackOptions& options,
+                                   const std::string& program, const Progress& progress = {});
+
+}  // namespace tendril

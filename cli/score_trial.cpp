@@ -1,0 +1,44 @@
+#include "cli/score_trial.h"
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cli/program_version.h"
+#include "db/files/curve_files.h"
+#include "db/files/safe_file.h"
+#include "db/files/trial_toml.h"
+#include "db/trial_store.h"
+
+namespace tendril::cli {
+
+Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions options,
+                              const Progress& progress) {
+  const std::filesystem::path folder = lab.TrialFolder(trial_id);
+  if (!std::filesystem::exists(folder / "curves.h5")) {
+    return Error{ErrorKind::kNotFound,
+                 "trial " + trial_id + " has no curves yet; make them with: tendril track " + trial_id};
+  }
+  const Result<TrialSpec> trial = ReadTrialToml(folder / "trial.toml");
+  if (!trial.ok()) return trial.error();
+  const Result<std::vector<CurveSeries>> curves = ReadCurves(folder / "curves.h5");
+  if (!curves.ok()) return curves.error();
+  options.axis = Axis{trial.value().object.position, trial.value().object.axis};
+  Result<LinkSeries> series = MeasureLinkSeries(curves.value(), options, progress);
+  if (!series.ok()) return series;
+
+  Provenance made{.program_version = ProgramVersion()};
+  const Eigen::Vector3d& p = options.axis->point;
+  const Eigen::Vector3d& d = options.axis->direction;
+  made.parameters_json =
+      nlohmann::json{{"axis", {p.x(), p.y(), p.z(), d.x(), d.y(), d.z()}}, {"closure", "rays"}}.dump();
+  for (const char* input : {"trial.toml", "curves.h5"}) {
+    Result<std::string> hash = Sha256OfFile(folder / input);
+    if (!hash.ok()) return hash.error();
+    made.input_sha256.emplace_back(input, std::move(hash).value());
+  }
+  if (Status s = StoreLink(lab, trial_id, RowsOf(series.value()), made); !s.ok()) return s.error();
+  return series;
+}
+
+}  // namespace tendril::cli

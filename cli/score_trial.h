@@ -1,0 +1,19 @@
+#pragma once
+// The link metrics of a tracked trial, measured on its curves and kept in the lab.
+
+#include <string>
+
+#include "analysis/link/link_series.h"
+#include "db/lab.h"
+#include "model/progress.h"
+#include "model/result.h"
+
+namespace tendril::cli {
+
+// Measures every frame of the trial's curves.h5, the object's axis as trial.toml states it, and stores the
+// rows with what they were made from. `options.axis` is replaced by the object's.
+//   errors  kNotFound the trial has no curves yet (says to track it first); as MeasureLinkSeries
+Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions options = {},
+                              const Progress& progress = {});
+
+}  // namespace tendril::cli
