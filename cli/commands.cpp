@@ -3,6 +3,7 @@
 #include "cli/design_commands.h"
 #include "cli/detect_command.h"
 #include "cli/fold_command.h"
+#include "cli/link_command.h"
 #include "cli/record_command.h"
 
 namespace tendril::cli {
@@ -16,6 +17,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeFoldCommand());
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
+  all.push_back(MakeLinkCommand());
   return all;
 }
 

@@ -22,11 +22,13 @@ namespace tendril {
 // What makes a value doubtful; or-ed together.
 using LinkFlags = unsigned;
 enum LinkFlag : LinkFlags {
-  kParallelRays = 1,  // two rays run parallel (within 1e-6 rad): on which side they pass is a matter of
-                      // a hair; 0, the mean of both, where rounding can't tell
-  kMeetingRays = 2,   // two rays meet, within 1e-6 of their distance: a hair decides the value by 1
-  kRayOnBody = 4,     // a ray meets a segment: the value jumps by 1 here; the mean of both sides is given
-  kTouching = 8,      // segments touch at a node
+  // Rays that run parallel, or meet, within 1e-6 (rad, or of their distance): a hair decides the value by 1
+  // or
+  // more, so they count as the mean of both sides, 0.
+  kParallelRays = 1,
+  kMeetingRays = 2,
+  kRayOnBody = 4,  // a ray meets a segment: the value jumps by 1 here; the mean of both sides is given
+  kTouching = 8,   // segments touch at a node
   kCoplanarCrossing = 16,  // segments cross in their interiors
   kRayMeetsAxis = 32,      // a ray meets the object's axis
   kRayAlongAxis = 64,      // a ray runs along the axis: it adds no winding

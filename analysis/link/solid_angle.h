@@ -108,7 +108,7 @@ SolidAngle<T> RayArcAngle(const Vec3<T>& u, T u_error, const Vec3<T>& a, const V
   const T d = a_short * b_short + Dot(a_across, b_across);
   const T d_noise = T(1e-12) * n + doubt * (na * nb_across + nb * na_across);
   if (std::abs(p) <= noise) {
-    if (d <= d_noise) return {T(0), kPi, true};
+    if (d <= d_noise) return {T(0), 2 * kPi, true};
     return {T(0), 2 * noise / d, false};
   }
   const T p_error = (8 * kUlp + u_error) * size;

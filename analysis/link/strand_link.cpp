@@ -75,31 +75,26 @@ void AddRayOnSegments(Sum& sum, const EndRay& ray, const Strand& b, size_t first
 }
 
 // `same_ends`: both rays are the same end of a curve and of its offset, parallel by construction and no
-// doubt.
+// doubt. Rays that run parallel or meet, within kNearRays, count as the mean of both sides, 0, and are
+// flagged: the nodes' own errors are larger than what would decide it.
 void AddRayPair(Sum& sum, const EndRay& a, const EndRay& b, bool same_ends) {
-  const Vec3<double>&u = a.ray->direction, &v = b.ray->direction;
+  const Vec3<double>& u = a.ray->direction;
+  const Vec3<double>& v = b.ray->direction;
   const double error = a.ray->error + b.ray->error;
-  const double sine = Norm(Cross(u, v));
-  const bool parallel = Dot(u, v) > 0 && sine <= kNearRays + error;
-  if (parallel && same_ends) return;
-  const SolidAngle<double> angle = RayRayAngle(a.start, u, b.start, v, error);
-  if (parallel) {
-    sum.flags |= kParallelRays;
-    // Straighter than the nodes can tell: the mean over all ways to lean, 0.
-    if (sine <= kCoplanar * 10 + error) {
-      sum.error += 2 * kPi;
-      return;
-    }
+  if (Dot(u, v) > 0 && Norm(Cross(u, v)) <= kNearRays + error) {
+    if (same_ends) return;
+    sum.Add({0, 2 * kPi, true}, 1, kParallelRays);
+    return;
   }
-  sum.Add(angle, a.sign * b.sign, kMeetingRays);
-  // Near to meeting, seen along u: b's start and b's ray on opposite sides of a's, and almost in one line.
+  const SolidAngle<double> angle = RayRayAngle(a.start, u, b.start, v, error);
+  // Near to meeting, seen along u: b's start and where b's ray goes lie on opposite sides, almost in one
+  // line.
   const Vec3<double> apart = b.start - a.start;
   const Vec3<double> apart_across = apart - Dot(apart, u) * u, v_across = v - Dot(v, u) * u;
-  const double lengths = Norm(apart_across) * Norm(v_across);
-  const double across = std::abs(Dot(u, Cross(apart_across, v_across)));
-  if (across <= kNearRays * lengths && Dot(apart_across, v_across) < 0 && std::abs(angle.angle) > kPi) {
-    sum.flags |= kMeetingRays;
-  }
+  const bool in_line =
+      std::abs(Dot(u, Cross(apart_across, v_across))) <= kNearRays * Norm(apart_across) * Norm(v_across);
+  const bool meeting = in_line && Dot(apart_across, v_across) < 0 && std::abs(angle.angle) > kPi;
+  sum.Add(meeting ? SolidAngle<double>{0, 2 * kPi, true} : angle, a.sign * b.sign, kMeetingRays);
 }
 
 // A segment that runs far past the other curve on both sides, cut in two where it passes: with both ends far
