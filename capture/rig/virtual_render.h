@@ -20,10 +20,10 @@ namespace tendril {
 
 // Brightness in gray levels 0 .. 255.
 struct VirtualOptics {
-  double blur_px = 0.6;      // standard deviation of lens and pixel
-  double read_noise = 1.0;   // standard deviation in the dark
-  double shot_noise = 0.02;  // variance per gray level: 255 / full well in electrons, about
-  double background = 20;
+  double blur_px = 0.6;       // standard deviation of lens and pixel
+  double read_noise = 0.5;    // standard deviation in the dark
+  double shot_noise = 0.025;  // variance per gray level: 255 / full well of 10,000 electrons
+  double background = 10;
   double paper = 225;    // in full light
   double ink = 22;       // in full light
   double object = 130;   // in full light

@@ -222,15 +222,15 @@ TEST(VirtualCamera, NothingIsBackgroundWithTheStatedNoise) {
   Scene scene;
   cv::Scalar mean, deviation;
   cv::meanStdDev(Picture(scene, Noiseless()), mean, deviation);
-  EXPECT_EQ(mean[0], 20);
+  EXPECT_EQ(mean[0], 10);
   EXPECT_EQ(deviation[0], 0);
   VirtualOptics optics;
-  optics.read_noise = 3;
-  optics.shot_noise = 0.5;
+  optics.read_noise = std::sqrt(3);
+  optics.shot_noise = 0.4;  // 2.6 levels in all: hardly ever below black
   const cv::Mat image = Picture(scene, optics);
   cv::meanStdDev(image, mean, deviation);
-  EXPECT_NEAR(mean[0], 20, 0.05);
-  EXPECT_NEAR(deviation[0], std::sqrt(9 + 0.5 * 20 + 1 / 12.0), 0.05);
+  EXPECT_NEAR(mean[0], 10, 0.05);
+  EXPECT_NEAR(deviation[0], std::sqrt(3 + 0.4 * 10 + 1 / 12.0), 0.05);
   EXPECT_TRUE(Detect(image).empty());
 }
 
