@@ -3,8 +3,11 @@
 #include "cli/design_commands.h"
 #include "cli/detect_command.h"
 #include "cli/fold_command.h"
+#include "cli/lab_commands.h"
 #include "cli/link_command.h"
 #include "cli/record_command.h"
+#include "cli/stats_command.h"
+#include "cli/trials_commands.h"
 
 namespace tendril::cli {
 
@@ -12,12 +15,20 @@ namespace tendril::cli {
 
 std::vector<Command> AllCommands() {
   std::vector<Command> all;
+  all.push_back(MakeInitCommand());
   all.push_back(MakeDesignShowCommand());
   all.push_back(MakeDesignCutCommand());
   all.push_back(MakeFoldCommand());
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
   all.push_back(MakeLinkCommand());
+  all.push_back(MakeTrialsListCommand());
+  all.push_back(MakeTrialsShowCommand());
+  all.push_back(MakeTrialsOutcomeCommand());
+  all.push_back(MakeTrialsNoteCommand());
+  all.push_back(MakeTrialsVoidCommand());
+  all.push_back(MakeStatsCommand());
+  all.push_back(MakeDbCheckCommand());
   return all;
 }
 

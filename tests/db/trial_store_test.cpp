@@ -11,7 +11,7 @@
 
 #include "db/files/safe_file.h"
 #include "db/trial_query.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/program.h"
 
 namespace tendril {
 namespace {
@@ -64,7 +64,7 @@ class Store : public testing::Test {
     });
   }
 
-  testing_support::ScratchFolder folder_;
+  testing_support::TemporaryFolder folder_;
   std::unique_ptr<Lab> lab_;
 };
 
