@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "capture/track/overlay.h"
 #include "capture/track/track.h"
 #include "cli/lab_option.h"
 #include "cli/program_version.h"
@@ -17,6 +18,7 @@ struct TrackCall {
   std::string lab;
   std::string trial;
   bool from_detections = false;
+  bool overlay = false;
   int threads = 2;
 };
 
@@ -62,6 +64,13 @@ Status RunTrack(const TrackCall& call, Output& out) {
   const std::string curves = (lab.value().TrialFolder(id.value()) / "curves.h5").string();
   fields["curves"] = curves;
   out.Print("curves: {}", curves);
+  if (!call.overlay) return Ok{};
+  const Result<OverlayFiles> files = WriteOverlay(lab.value().TrialFolder(id.value()), {},
+                                                  out.json() ? Progress() : out.ShowProgress("drawing"));
+  if (!files.ok()) return files.error();
+  fields["overlay_video"] = files.value().video.string();
+  fields["overlay_last_frame"] = files.value().last_frame.string();
+  out.Print("overlay: {}, {}", files.value().video.string(), files.value().last_frame.string());
   return Ok{};
 }
 
@@ -72,13 +81,15 @@ Command MakeTrackCommand() {
   return {
       .path = "track",
       .help = "turn a trial's videos into centerlines (detections.csv, curves.h5)",
-      .example = "tendril track bending-50mm-1 --lab mylab",
+      .example = "tendril track bending-50mm-1 --lab mylab --overlay",
       .declare =
           [call](CLI::App& app) {
             app.add_option("trial", call->trial, "trial: its label, id, or a unique beginning of its id")
                 ->required();
             app.add_flag("--from-detections", call->from_detections,
                          "start from the trial's detections.csv; the videos are not read");
+            app.add_flag("--overlay", call->overlay,
+                         "also draw tags and centerlines over the pictures (overlay.mp4, overlay.png)");
             app.add_option("--threads", call->threads, "pictures worked on at once, count")
                 ->check(CLI::Range(1, 64))
                 ->capture_default_str();
