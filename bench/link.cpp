@@ -33,6 +33,19 @@ void PerPair(benchmark::State& state, LinkMethod method) {
 BENCHMARK_CAPTURE(PerPair, scalar_with_error_bound, LinkMethod::kExact)->Arg(100)->Arg(1000);
 BENCHMARK_CAPTURE(PerPair, vector, LinkMethod::kFast)->Arg(100)->Arg(1000)->Arg(5000);
 
+void PerPairByWidth(benchmark::State& state) {
+  const int width = static_cast<int>(state.range(0));
+  if (width > LinkKernelWidth()) return state.SkipWithError("not on this machine");
+  const Strand a = CloseCurve(Walk(1, 101), {ClosureKind::kNone, 0}).value();
+  const Strand b = CloseCurve(Walk(2, 101), {ClosureKind::kNone, 0}).value();
+  const NodeArrays x{a.x.data(), a.y.data(), a.z.data(), a.nodes()},
+      y{b.x.data(), b.y.data(), b.z.data(), b.nodes()};
+  for (auto _ : state) benchmark::DoNotOptimize(SumSegmentAngles(x, y, width));
+  state.counters["per_pair"] =
+      benchmark::Counter(1e4, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(PerPairByWidth)->Arg(2)->Arg(4)->Arg(8);
+
 // The bare formula, as a loop over pairs would call it.
 void OneScalarPair(benchmark::State& state) {
   const Eigen::Matrix3Xd p = Walk(3, 4);

@@ -12,16 +12,13 @@ namespace {
 using link_kernel::Job;
 using link_kernel::kPadding;
 
-void (*Kernel())(Job&) {
+void RunKernel(Job& job, int width) {
+  TENDRIL_CHECK(width <= LinkKernelWidth());
 #ifdef TENDRIL_LINK_X86
-  static void (*const kernel)(Job&) = __builtin_cpu_supports("avx512f") ? link_kernel::RunAvx512
-                                      : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")
-                                          ? link_kernel::RunAvx2
-                                          : link_kernel::RunBase;
-  return kernel;
-#else
-  return link_kernel::RunBase;
+  if (width == 8) return link_kernel::RunAvx512(job);
+  if (width == 4) return link_kernel::RunAvx2(job);
 #endif
+  link_kernel::RunBase(job);
 }
 
 // The power of two that brings the pair's extent to about 1: exact, and keeps sixth powers of lengths in
@@ -37,7 +34,7 @@ double Scale(const NodeArrays& a, const NodeArrays& b) {
   return extent > 0 && std::isfinite(extent) ? std::exp2(std::min(1000, -std::ilogb(extent))) : 1.0;
 }
 
-AngleSum Sum(const NodeArrays& a, const NodeArrays& b, bool own) {
+AngleSum Sum(const NodeArrays& a, const NodeArrays& b, bool own, int width) {
   TENDRIL_CHECK(a.nodes > 0 && b.nodes > 0);
   if (a.nodes < 2 || b.nodes < 2) return {};
   const double scale = Scale(a, b);
@@ -69,22 +66,27 @@ AngleSum Sum(const NodeArrays& a, const NodeArrays& b, bool own) {
     a_scaled = {ax, ax + a.nodes, ax + 2 * a.nodes, a.nodes};
   }
   Job job{a_scaled, b_scaled, lengths, lengths + row, lengths + 2 * row, own, 0, false};
-  Kernel()(job);
+  RunKernel(job, width > 0 ? width : LinkKernelWidth());
   return {job.angle, job.suspicious};
 }
 
 }  // namespace
 
-AngleSum SumSegmentAngles(const NodeArrays& a, const NodeArrays& b) { return Sum(a, b, false); }
-
-AngleSum SumOwnSegmentAngles(const NodeArrays& a) { return Sum(a, a, true); }
-
 int LinkKernelWidth() {
 #ifdef TENDRIL_LINK_X86
-  if (Kernel() == link_kernel::RunAvx512) return 8;
-  if (Kernel() == link_kernel::RunAvx2) return 4;
-#endif
+  static const int width = __builtin_cpu_supports("avx512f")                                 ? 8
+                           : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? 4
+                                                                                             : 2;
+  return width;
+#else
   return 2;
+#endif
 }
+
+AngleSum SumSegmentAngles(const NodeArrays& a, const NodeArrays& b, int width) {
+  return Sum(a, b, false, width);
+}
+
+AngleSum SumOwnSegmentAngles(const NodeArrays& a, int width) { return Sum(a, a, true, width); }
 
 }  // namespace tendril

@@ -23,12 +23,13 @@ struct AngleSum {
   bool suspicious = false;  // a pair is coplanar and touches, crosses, or comes within 1e-6 of it
 };
 
-// All segments of a against all of b; and all of one curve against its own non-neighbours, each pair once.
-AngleSum SumSegmentAngles(const NodeArrays& a, const NodeArrays& b);
-AngleSum SumOwnSegmentAngles(const NodeArrays& a);
-
 // The vector width that this machine runs, in doubles: 8 (AVX-512), 4 (AVX2 with FMA) or 2.
 int LinkKernelWidth();
+
+// All segments of a against all of b; and all of one curve against its own non-neighbours, each pair once.
+//   width  2, 4 or 8 but not above LinkKernelWidth(), to compare kernels; 0: the widest
+AngleSum SumSegmentAngles(const NodeArrays& a, const NodeArrays& b, int width = 0);
+AngleSum SumOwnSegmentAngles(const NodeArrays& a, int width = 0);
 
 namespace link_kernel {
 

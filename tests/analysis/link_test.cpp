@@ -9,6 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "analysis/link/link_kernel.h"
+
 namespace tendril {
 namespace {
 
@@ -105,13 +107,25 @@ TEST(StrandLink, LinkedCurvesOfLinkZero) {
     });
   };
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(Link(ellipse(i), ellipse((i + 1) % 3)), 0, 1e-13);
-  // Whitehead link: a figure of eight with a twisted middle, held by a ring through both loops.
-  const Matrix3Xd eight = Closed(200, [](double t) {
-    return Vector3d(2.0 * std::cos(t), std::sin(2 * t), 0.4 * std::sin(3 * t) + 0.3 * std::sin(t));
-  });
-  const Matrix3Xd ring =
-      Closed(80, [](double t) { return Vector3d(1.2 * std::cos(t), 0, 1.2 * std::sin(t)); });
-  EXPECT_NEAR(std::remainder(Link(eight, ring), 1), 0, 1e-12);
+  // Whitehead link: a ring, and a loop that goes through it and back, whose two ends hook into each other.
+  std::vector<Vector3d> loop;
+  const auto along = [](double angle, double y) {
+    return Vector3d(1.5 + 1.5 * std::cos(angle), y, 1.5 * std::sin(angle));
+  };
+  for (int i = 0; i <= 60; ++i) loop.push_back(along(0.4 + (2 * kPi - 0.8) * i / 60, 0.1));
+  for (const Vector3d& p : {Vector3d(3, 0.1, -0.6), Vector3d(3.15, 0, -0.5), Vector3d(3.15, 0, 0.2),
+                            Vector3d(2.85, 0, 0.2), Vector3d(2.85, 0, -0.5), Vector3d(3, -0.1, -0.6)}) {
+    loop.push_back(p);
+  }
+  for (int i = 60; i >= 0; --i) loop.push_back(along(0.4 + (2 * kPi - 0.8) * i / 60, -0.1));
+  for (const Vector3d& p : {Vector3d(3, -0.1, 0.5), Vector3d(3, -0.1, -0.2), Vector3d(3, 0.1, -0.2),
+                            Vector3d(3, 0.1, 0.5), loop.front()}) {
+    loop.push_back(p);
+  }
+  Matrix3Xd hooked(3, static_cast<Eigen::Index>(loop.size()));
+  for (size_t i = 0; i < loop.size(); ++i) hooked.col(static_cast<Eigen::Index>(i)) = loop[i];
+  EXPECT_NEAR(Link(Circle(50), hooked), 0, 1e-13);
+  EXPECT_NEAR(std::abs(Link(Circle(50), Closed(60, [&](double t) { return along(t, 0.1); }))), 1, 1e-13);
   // Coplanar, apart or nested.
   EXPECT_EQ(Link(Circle(30), Circle(21, 0.5)), 0);
 }
@@ -313,6 +327,28 @@ TEST(StrandLink, ARayThatHitsABodyIsTheMeanOfBothSides) {
   EXPECT_EQ(link(0).value, 0);
   EXPECT_NEAR(std::abs(link(1e-7).value - link(-1e-7).value), 1, 1e-6);
   EXPECT_EQ(link(1e-7).flags, 0U);
+}
+
+// The program picks the widest kernel of its machine; the narrower ones must be right on others.
+TEST(LinkKernel, AllWidthsAgreeWithTheScalarForm) {
+  std::mt19937_64 random(41);
+  for (const int nodes : {2, 3, 4, 5, 8, 9, 10, 17, 33, 100}) {
+    for (int trial = 0; trial < 5; ++trial) {
+      const Matrix3Xd a = RandomWalk(random, 2 + trial * 7, 1), b = RandomWalk(random, nodes, 1);
+      const Strand first = Close(a, kNone), second = Close(b, kNone);
+      const double exact = StrandLink(first, second, LinkMethod::kExact).value;
+      const double writhe = StrandWrithe(second, LinkMethod::kExact).value;
+      const NodeArrays x{first.x.data(), first.y.data(), first.z.data(), first.nodes()};
+      const NodeArrays y{second.x.data(), second.y.data(), second.z.data(), second.nodes()};
+      for (int width = 2; width <= LinkKernelWidth(); width *= 2) {
+        const AngleSum sum = SumSegmentAngles(x, y, width);
+        EXPECT_FALSE(sum.suspicious);
+        EXPECT_NEAR(sum.angle / (4 * kPi), exact, 1e-12) << "width " << width << " nodes " << nodes;
+        EXPECT_NEAR(SumOwnSegmentAngles(y, width).angle / (2 * kPi), writhe, 1e-12) << "width " << width;
+        EXPECT_TRUE(SumSegmentAngles(y, y, width).suspicious) << "touches itself everywhere";
+      }
+    }
+  }
 }
 
 TEST(StrandWrithe, LongHelixPerTurn) {
