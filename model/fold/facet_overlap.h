@@ -11,6 +11,7 @@ namespace tendril {
 
 // Pairs (i, j), i < j, ascending, of facets that are not neighbours and of which one's edge crosses the
 // inside of the other. Facets that only touch, or lie flat on each other, are not counted.
+// Facets are taken as convex; where creases cross in the flat sheet they are not, and pairs may be missed.
 //   chain  FoldChain of the layout, in any frame
 std::vector<std::pair<int, int>> OverlappingFacets(const TentacleLayout& layout, const FacetChain& chain);
 
