@@ -7,6 +7,7 @@
 #include "cli/link_command.h"
 #include "cli/record_command.h"
 #include "cli/stats_command.h"
+#include "cli/track_command.h"
 #include "cli/trials_commands.h"
 
 namespace tendril::cli {
@@ -21,6 +22,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeFoldCommand());
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
+  all.push_back(MakeTrackCommand());
   all.push_back(MakeLinkCommand());
   all.push_back(MakeTrialsListCommand());
   all.push_back(MakeTrialsShowCommand());

@@ -31,7 +31,9 @@ Status RunTrack(const TrackCall& call, Output& out) {
   if (!lab.ok()) return lab.error();
   const Result<std::string> id = FindTrial(lab.value(), call.trial);
   if (!id.ok()) return id.error();
-  TrackOptions options{.from_detections = call.from_detections, .threads = call.threads};
+  TrackOptions options;
+  options.from_detections = call.from_detections;
+  options.threads = call.threads;
   const Result<TrackedTrial> tracked = TrackAndStore(lab.value(), id.value(), options, ProgramVersion(),
                                                      out.json() ? Progress() : out.ShowProgress("tracking"));
   if (!tracked.ok()) return tracked.error();
