@@ -1,5 +1,6 @@
 #include "cli/commands.h"
 
+#include "cli/demo_command.h"
 #include "cli/design_commands.h"
 #include "cli/detect_command.h"
 #include "cli/fold_command.h"
@@ -31,6 +32,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeTrialsVoidCommand());
   all.push_back(MakeStatsCommand());
   all.push_back(MakeDbCheckCommand());
+  all.push_back(MakeDemoCommand());
   return all;
 }
 
