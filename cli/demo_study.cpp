@@ -33,7 +33,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 // At the end of the pull the coils hang between 20 and 80 mm below the carrier: near enough for all, for
 // some, for few.
-constexpr std::array<double, 3> kDistances = {0.050, 0.060, 0.070};  // carrier to the object's axis, m
+constexpr std::array<double, 3> kDistances = {0.050, 0.065, 0.080};  // carrier to the object's axis, m
 
 Gripper DemoGripper() {
   return {

@@ -13,7 +13,10 @@
 #include <vector>
 
 #include "analysis/link/link_series.h"
+#include "cli/lab_option.h"
+#include "cli/score_trial.h"
 #include "db/files/curve_files.h"
+#include "db/trial_query.h"
 
 namespace tendril::cli {
 namespace {
@@ -22,6 +25,8 @@ using Json = nlohmann::ordered_json;
 
 struct LinkCall {
   std::string curves;
+  std::string trial;
+  std::string lab;
   std::string axis;
   std::string closure = "rays";
   std::string frame = "last";
@@ -198,6 +203,29 @@ Result<std::optional<size_t>> ParseFrame(const std::string& text, size_t frames)
   return std::optional<size_t>(number);
 }
 
+void AddReport(const LinkSeries& series, const LinkOptions& options, Output& out) {
+  auto& fields = out.fields();
+  fields["closure"] = ClosureText(options.closure);
+  fields["accuracy"] = options.method == LinkMethod::kExact ? "exact" : "fast";
+  fields["time_s"] = series.time[series.time.size() - 1];
+  fields.update(ReportJson(series.AtEnd(), series.names));
+}
+
+// A trial of a lab: all frames, about the axis of its object, kept in the database.
+Status RunLinkOfTrial(const LinkCall& call, const LinkOptions& options, Output& out) {
+  Result<Lab> lab = OpenLab(call.lab);
+  if (!lab.ok()) return lab.error();
+  const Result<std::string> id = FindTrial(lab.value(), call.trial);
+  if (!id.ok()) return id.error();
+  const Result<LinkSeries> series = ScoreTrial(lab.value(), id.value(), options, out.ShowProgress("link"));
+  if (!series.ok()) return series.error();
+  out.fields()["trial"] = id.value();
+  AddReport(series.value(), options, out);
+  AddSeries(series.value(), out);
+  PrintReport(series.value().AtEnd(), series.value().names, true, out);
+  return Ok{};
+}
+
 Status RunLink(const LinkCall& call, Output& out) {
   LinkOptions options;
   auto closure = ParseClosure(call.closure);
@@ -209,6 +237,13 @@ Status RunLink(const LinkCall& call, Output& out) {
     options.axis = axis.value();
   }
   options.self_offset = 1e-3 * call.self_offset_mm;
+  if (!call.trial.empty()) {
+    options.method = call.accuracy == "exact" ? LinkMethod::kExact : LinkMethod::kFast;
+    return RunLinkOfTrial(call, options, out);
+  }
+  if (call.curves.empty()) {
+    return Error{ErrorKind::kBadInput, "nothing to measure: name a curves file, or a trial with --trial"};
+  }
   auto curves = ReadCurves(call.curves);
   if (!curves.ok()) return curves.error();
   const size_t frames = curves.value().front().curves.size();
@@ -234,12 +269,8 @@ Status RunLink(const LinkCall& call, Output& out) {
   const LinkSeries& series = measured.value();
   const LinkReport& report = series.AtEnd();
 
-  auto& fields = out.fields();
-  fields["closure"] = ClosureText(options.closure);
-  fields["accuracy"] = options.method == LinkMethod::kExact ? "exact" : "fast";
-  fields["frame"] = frame.value().value_or(frames - 1);
-  fields["time_s"] = series.time[series.time.size() - 1];
-  fields.update(ReportJson(report, series.names));
+  AddReport(series, options, out);
+  out.fields()["frame"] = frame.value().value_or(frames - 1);
   if (!frame.value()) AddSeries(series, out);
   PrintReport(report, series.names, options.axis.has_value(), out);
   for (const CurveLink& curve : report.curves) {
@@ -261,7 +292,14 @@ Command MakeLinkCommand() {
       .example = "tendril link curves.csv --axis \"0,0,-0.15,1,0,0\" --json",
       .declare =
           [call](CLI::App& app) {
-            app.add_option("curves", call->curves, "curves file (.csv or .h5; metres)")->required();
+            CLI::Option* const curves =
+                app.add_option("curves", call->curves, "curves file (.csv or .h5; metres)");
+            app.add_option(
+                   "--trial", call->trial,
+                   "measure a tracked trial instead (label or id): all frames, about its object's axis; "
+                   "the database keeps the result")
+                ->excludes(curves);
+            AddLabOption(app, call->lab);
             app.add_option(
                 "--axis", call->axis,
                 "the object's axis as \"x,y,z,dx,dy,dz\": a point on it (m) and its direction (any length)");

@@ -30,8 +30,9 @@ Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions
   Provenance made{.program_version = ProgramVersion()};
   const Eigen::Vector3d& p = options.axis->point;
   const Eigen::Vector3d& d = options.axis->direction;
-  made.parameters_json =
-      nlohmann::json{{"axis", {p.x(), p.y(), p.z(), d.x(), d.y(), d.z()}}, {"closure", "rays"}}.dump();
+  made.parameters_json = nlohmann::json{{"axis", {p.x(), p.y(), p.z(), d.x(), d.y(), d.z()}},
+                                        {"closure", ClosureText(options.closure)}}
+                             .dump();
   for (const char* input : {"trial.toml", "curves.h5"}) {
     Result<std::string> hash = Sha256OfFile(folder / input);
     if (!hash.ok()) return hash.error();
