@@ -48,6 +48,7 @@ const std::map<std::string, std::string> kGroupHelp = {
     {"design", "a design's geometry, cut pattern and tag sheet"},
     {"trials", "list, read and annotate trials"},
     {"calibrate", "estimate cameras, servos or the fold model from recordings"},
+    {"plot", "draw curves, curvature, links and success rates (SVG or PNG)"},
     {"db", "look after the lab's database"},
 };
 

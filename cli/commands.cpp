@@ -6,6 +6,7 @@
 #include "cli/fold_command.h"
 #include "cli/lab_commands.h"
 #include "cli/link_command.h"
+#include "cli/plot_commands.h"
 #include "cli/record_command.h"
 #include "cli/stats_command.h"
 #include "cli/track_command.h"
@@ -31,6 +32,10 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeTrialsNoteCommand());
   all.push_back(MakeTrialsVoidCommand());
   all.push_back(MakeStatsCommand());
+  all.push_back(MakePlotCurvesCommand());
+  all.push_back(MakePlotCurvatureCommand());
+  all.push_back(MakePlotLinkCommand());
+  all.push_back(MakePlotRatesCommand());
   all.push_back(MakeDbCheckCommand());
   all.push_back(MakeDemoCommand());
   return all;

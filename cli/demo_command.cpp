@@ -13,9 +13,10 @@
 #include "calibrate/fold/fold_data.h"
 #include "calibrate/fold/fold_fit.h"
 #include "capture/track/overlay.h"
-#include "cli/demo_plots.h"
 #include "cli/demo_study.h"
+#include "cli/lab_plots.h"
 #include "cli/program_version.h"
+#include "db/files/curve_files.h"
 #include "db/trial_query.h"
 #include "db/trial_store.h"
 
@@ -118,9 +119,16 @@ Status DrawPictures(Lab& lab, const DemoPlan& plan, const std::vector<DemoTrialR
   out.fields()["outputs"]["lab"] = lab.folder().string();
   out.fields()["outputs"]["database"] = (lab.folder() / "lab.db").string();
 
-  if (Status s = PlotRates(groups, folder / "rates.svg"); !s.ok()) return s;
+  if (Status s = PlotRates(groups, "carrier to object (mm)", 1e3, folder / "rates.svg"); !s.ok()) return s;
   made("rates", folder / "rates.svg");
-  if (Status s = PlotCenterlines(trial, label, folder / "centerlines.svg"); !s.ok()) return s;
+  const Result<std::vector<CurveSeries>> curves = ReadCurves(trial / "curves.h5");
+  if (!curves.ok()) return curves.error();
+  const Result<std::vector<CurveSeries>> truth = ReadCurves(trial / "truth.h5");
+  if (!truth.ok()) return truth.error();
+  if (Status s = PlotCenterlines(curves.value(), &truth.value(), -1, label, folder / "centerlines.svg");
+      !s.ok()) {
+    return s;
+  }
   made("centerlines", folder / "centerlines.svg");
   if (Status s = PlotLinks(trial, label, folder / "links.svg"); !s.ok()) return s;
   made("links", folder / "links.svg");
