@@ -173,6 +173,20 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
   return good;
 }
 
+bool WriteAll(hid_t file, std::span<const CurveSeries> curves, const std::string& source) {
+  const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  const Handle all(H5Gcreate2(file, "curve", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
+  bool good = hdf5::WriteText(file, "source", source) && all.ok();
+  for (const CurveSeries& series : curves) {
+    if (!good) break;
+    const Handle group(H5Gcreate2(all.get(), series.name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                       H5Gclose);
+    good = group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series);
+  }
+  return good;
+}
+
 }  // namespace
 
 Result<std::vector<CurveSeries>> ReadCurvesHdf5(const std::filesystem::path& path) {
@@ -204,30 +218,9 @@ Result<std::vector<CurveSeries>> ReadCurvesHdf5(const std::filesystem::path& pat
 Status WriteCurvesHdf5(const std::filesystem::path& path, std::span<const CurveSeries> curves,
                        const std::string& source) {
   if (curves.empty()) return Error{ErrorKind::kBadInput, path.string() + ": no curve to write"};
-  const hdf5::Session session;
-  return WriteBeside(path, [&](const std::filesystem::path& beside) -> Status {
-    const Error failed{ErrorKind::kIo,
-                       path.string() + ": cannot write (no such folder, or the disk is full?)"};
-    Handle file(H5Fcreate(beside.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    if (!file.ok()) return failed;
-    bool good = hdf5::WriteText(file.get(), "source", source);
-    {
-      const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-      H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-      const Handle all(H5Gcreate2(file.get(), "curve", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
-      good = good && all.ok();
-      for (const CurveSeries& series : curves) {
-        if (!good) break;
-        const Handle group(H5Gcreate2(all.get(), series.name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                           H5Gclose);
-        good = group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series);
-      }
-    }
-    good = good && H5Fflush(file.get(), H5F_SCOPE_LOCAL) >= 0;
-    good = file.CloseNow() >= 0 && good;
-    if (!good) return failed;
-    return Ok{};
-  });
+  const auto image = hdf5::MakeFile([&](hid_t file) { return WriteAll(file, curves, source); });
+  if (!image.ok()) return Error(image.error()).Within(path.string());
+  return WriteText(path, image.value());
 }
 
 }  // namespace tendril

@@ -4,7 +4,7 @@
 
 #include <hdf5.h>
 
-#include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,7 +43,6 @@ class Handle {
   }
   bool ok() const { return id_ >= 0; }
   hid_t get() const { return id_; }
-  herr_t CloseNow() { return close_(std::exchange(id_, -1)); }  // to see whether closing failed
 
  private:
   hid_t id_ = -1;
@@ -62,7 +61,13 @@ Result<Array> ReadArray(hid_t parent, const std::string& name);
 bool Has(hid_t parent, const std::string& name);
 std::vector<std::string> GroupNames(hid_t parent);  // in the order of making, else by name
 
-// Writes of an open, new file: false once HDF5 says that one failed (a full disk, most of all).
+// The bytes of a new file that `fill` writes. Made in memory, so that the caller writes them safely:
+// HDF5 1.10 cannot close a file that the disk had no room for, and crashes when the program ends. In the
+// format of HDF5 1.8 and later, whose structures carry checksums: a damaged file is an error rather than a
+// crash.
+Result<std::string> MakeFile(const std::function<bool(hid_t file)>& fill);
+
+// Writes of an open, new file: false once HDF5 says that one failed.
 bool WriteArray(hid_t parent, const std::string& name, const Array& array, hid_t file_type);
 bool WriteText(hid_t object, const std::string& name, const std::string& text);
 

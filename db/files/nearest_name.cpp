@@ -31,6 +31,7 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known) {
   constexpr size_t kLongest = 64;  // nobody slips on such a name
+  constexpr size_t kTelling = 3;   // so many letters say which name was meant
   if (name.size() > kLongest) return std::nullopt;
   std::optional<std::string> nearest;
   size_t least = std::max<size_t>(2, name.size() / 3) + 1;
@@ -42,7 +43,14 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
       nearest = candidate;
     }
   }
-  return nearest;
+  if (nearest || name.size() < kTelling) return nearest;
+  for (const std::string& candidate : known) {  // `beta` for `beta_deg`, or the other way round
+    if (Lower(candidate).starts_with(Lower(name)) ||
+        (candidate.size() >= kTelling && Lower(name).starts_with(Lower(candidate)))) {
+      return candidate;
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace tendril
