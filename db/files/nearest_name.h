@@ -8,7 +8,8 @@
 namespace tendril {
 
 // The known name nearest to `name` by edit distance (insert, delete, replace, swap of neighbours; case
-// aside); none if all are too far to be a slip.
+// aside), or one that goes on where `name` ends (`beta_deg` for `beta`); none if all are too far to be a
+// slip.
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace tendril
