@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 const cv::Scalar kSeenColor(255, 208, 64);
 const cv::Scalar kBridgedColor(0, 165, 255);
 const cv::Scalar kNotSeenColor(214, 92, 214);
-const cv::Scalar kTagFits(96, 208, 64);
-const cv::Scalar kTagElsewhere(64, 64, 240);
+const cv::Scalar kTagFitsColor(96, 208, 64);
+const cv::Scalar kTagElsewhereColor(64, 64, 240);
 const cv::Scalar kText(240, 240, 240);
 
 constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
@@ -109,32 +109,26 @@ void Text(cv::Mat& picture, const std::string& text, const cv::Point& at, const 
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv::LINE_AA);
 }
 
-// A dark box so that text can be read over any picture.
-void Shade(cv::Mat& picture, const cv::Rect& box) {
-  cv::Mat part = picture(box & cv::Rect(0, 0, picture.cols, picture.rows));
-  part.convertTo(part, -1, 0.25);
-}
+constexpr int kTitle = 26;       // rows above a camera's picture, px
+constexpr int kLegend = 52;      // rows below, px
+constexpr int kNarrowest = 300;  // of a camera's column, px
 
 void DrawLegend(cv::Mat& picture) {
-  constexpr int kRow = 20;
-  constexpr int kWidth = 232;
-  const int top = picture.rows - 5 * kRow - 14;
-  Shade(picture, {0, top, kWidth, picture.rows - top});
-  const auto row = [&](int i) { return top + 18 + i * kRow; };
-  const auto line = [&](int i, const cv::Scalar& color, const std::string& meaning) {
-    cv::line(picture, {10, row(i) - 5}, {38, row(i) - 5}, color, 2, cv::LINE_AA);
-    Text(picture, meaning, {48, row(i)}, kText);
+  const int first = picture.rows - kLegend + 20;
+  const auto line = [&](int x, int y, const cv::Scalar& color, const std::string& meaning) {
+    cv::line(picture, {x, y - 5}, {x + 26, y - 5}, color, 2, cv::LINE_AA);
+    Text(picture, meaning, {x + 34, y}, kText);
   };
-  const auto box = [&](int i, const cv::Scalar& color, const std::string& meaning) {
-    cv::rectangle(picture, {19, row(i) - 10, 10, 10}, color, 1, cv::LINE_AA);
-    Text(picture, meaning, {48, row(i)}, kText);
+  const auto box = [&](int x, int y, const cv::Scalar& color, const std::string& meaning) {
+    cv::rectangle(picture, {x + 8, y - 10, 10, 10}, color, 1, cv::LINE_AA);
+    Text(picture, meaning, {x + 34, y}, kText);
   };
-  line(0, kSeenColor, "seen");
-  line(1, kBridgedColor, "bridged, circle: sigma");
-  DashedLine(picture, {10, row(2) - 5.0}, {38, row(2) - 5.0}, kNotSeenColor, 1);
-  Text(picture, "not seen: model only", {48, row(2)}, kText);
-  box(3, kTagFits, "tag on its facet");
-  box(4, kTagElsewhere, "tag elsewhere");
+  line(10, first, kSeenColor, "seen");
+  line(96, first, kBridgedColor, "bridged (circle: sigma)");
+  DashedLine(picture, {322, first - 5.0}, {348, first - 5.0}, kNotSeenColor, 1);
+  Text(picture, "not seen: model only", {356, first}, kText);
+  box(10, first + 22, kTagFitsColor, "tag on its facet");
+  box(192, first + 22, kTagElsewhereColor, "tag elsewhere");
 }
 
 Error CannotWrite(const fs::path& file) {
@@ -202,10 +196,9 @@ struct Film {
   TagLayout tags;
   std::vector<CurveSeries> curves;
   std::vector<CameraFilm> cameras;
-  double scale = 1;
 };
 
-Result<Film> OpenFilm(const fs::path& folder, const OverlayOptions& options) {
+Result<Film> OpenFilm(const fs::path& folder) {
   Film film;
   Result<TrialSpec> trial = ReadTrialToml(folder / "trial.toml");
   if (!trial.ok()) return trial.error();
@@ -225,15 +218,11 @@ Result<Film> OpenFilm(const fs::path& folder, const OverlayOptions& options) {
   Result<std::vector<DetectionRow>> detections = ReadDetections(folder / "detections.csv");
   if (!detections.ok()) return detections.error();
 
-  int width = 1;
-  int height = 1;
   for (std::size_t c = 0; c < film.rig.cameras.size(); ++c) {
     Result<VideoReader> reader = VideoReader::Open(folder / fmt::format("cam{}.mkv", c));
     if (!reader.ok()) return reader.error();
     Result<std::vector<FrameRow>> log = ReadFrameLog(folder / fmt::format("cam{}.csv", c));
     if (!log.ok()) return log.error();
-    width += reader.value().width_px();
-    height = std::max(height, reader.value().height_px());
     CameraFilm camera{
         .reader = std::move(reader).value(), .log = std::move(log).value(), .rows = {}, .image = {}};
     camera.rows.resize(camera.log.size());
@@ -245,41 +234,75 @@ Result<Film> OpenFilm(const fs::path& folder, const OverlayOptions& options) {
     }
     film.cameras.push_back(std::move(camera));
   }
-  film.scale = std::min({1.0, static_cast<double>(options.largest_height_px) / height,
-                         static_cast<double>(options.largest_width_px) / width});
   return film;
 }
 
-// All cameras of one frame, side by side, with a title each and one legend.
-Result<cv::Mat> DrawFrame(Film& film, int frame) {
+// Where the curves of one frame are in a camera's picture, with some room around; px of the camera.
+cv::Rect AroundCurves(const Film& film, std::size_t camera, int frame) {
+  constexpr int kRoom = 60;  // px
+  const Camera& looks = film.rig.cameras[camera];
+  Eigen::AlignedBox2d box;
+  for (const CurveSeries& series : film.curves) {
+    const FramedCurve& curve = series.curves[static_cast<std::size_t>(frame)];
+    for (Eigen::Index i = 0; i < curve.points.cols(); ++i) {
+      const std::optional<Eigen::Vector2d> pixel = Project(looks, curve.points.col(i));
+      if (pixel) box.extend(*pixel);
+    }
+  }
+  const cv::Rect whole(0, 0, looks.width_px, looks.height_px);
+  if (box.isEmpty() || box.diagonal().norm() > 1e5) return whole;
+  const cv::Rect around(static_cast<int>(box.min().x()) - kRoom, static_cast<int>(box.min().y()) - kRoom,
+                        static_cast<int>(box.sizes().x()) + 2 * kRoom,
+                        static_cast<int>(box.sizes().y()) + 2 * kRoom);
+  const cv::Rect inside = around & whole;
+  return inside.empty() ? whole : inside;
+}
+
+// All cameras of one frame, side by side, with a title each and one legend below.
+//   close_up  only what is around the curves
+Result<cv::Mat> DrawFrame(Film& film, int frame, const OverlayOptions& options, bool close_up) {
   const double time = film.curves.front().time[frame];
+  std::vector<cv::Rect> parts;
+  int width = 1;
+  int height = 1;
+  for (std::size_t c = 0; c < film.cameras.size(); ++c) {
+    const Camera& camera = film.rig.cameras[c];
+    parts.push_back(close_up ? AroundCurves(film, c, frame)
+                             : cv::Rect(0, 0, camera.width_px, camera.height_px));
+    width += parts.back().width;
+    height = std::max(height, parts.back().height);
+  }
+  const double scale =
+      std::min({1.0, static_cast<double>(options.largest_height_px - kTitle - kLegend) / height,
+                static_cast<double>(options.largest_width_px) / width});
+  const int rows = kTitle + static_cast<int>(std::ceil(scale * height)) + kLegend;
   std::vector<cv::Mat> views;
-  int height = 0;
   for (std::size_t c = 0; c < film.cameras.size(); ++c) {
     CameraFilm& camera = film.cameras[c];
     const std::int64_t its_frame = camera.NearestTo(time, film.trial.started_ns);
     if (Status s = camera.GoTo(its_frame); !s.ok()) return s.error();
     const std::vector<DetectionRow> none;
     const bool known = its_frame >= 0 && !camera.image.empty();
-    cv::Mat view = DrawOverlay(film.rig.cameras[c], camera.image,
-                               known ? camera.rows[static_cast<std::size_t>(its_frame)] : none, film.tags,
-                               film.curves, frame, film.scale);
-    Shade(view, {0, 0, view.cols, 26});
+    const cv::Mat drawn = DrawOverlay(film.rig.cameras[c], camera.image,
+                                      known ? camera.rows[static_cast<std::size_t>(its_frame)] : none,
+                                      film.tags, film.curves, frame, scale);
+    const cv::Rect part = cv::Rect(static_cast<int>(scale * parts[c].x), static_cast<int>(scale * parts[c].y),
+                                   static_cast<int>(std::ceil(scale * parts[c].width)),
+                                   static_cast<int>(std::ceil(scale * parts[c].height))) &
+                          cv::Rect(0, 0, drawn.cols, drawn.rows);
+    // Wide enough for the title, and of even size, because video codecs halve colour.
+    const cv::Size size(2 * ((std::max(part.width, kNarrowest) + 1) / 2), 2 * ((rows + 1) / 2));
+    cv::Mat view(size, CV_8UC3, cv::Scalar::all(0));
+    drawn(part).copyTo(view(cv::Rect(0, kTitle, part.width, part.height)));
     Text(view,
          fmt::format("{}  {}  frame {}  t = {:.2f} s", film.trial.label, film.rig.cameras[c].name, frame,
                      time),
          {10, 18}, kText);
-    height = std::max(height, view.rows);
     views.push_back(view);
   }
-  for (cv::Mat& view : views) {
-    if (view.rows < height) {
-      cv::copyMakeBorder(view, view, 0, height - view.rows, 0, 0, cv::BORDER_CONSTANT, cv::Scalar::all(0));
-    }
-  }
-  DrawLegend(views.front());
   cv::Mat all;
   cv::hconcat(views, all);
+  DrawLegend(all);
   return all;
 }
 
@@ -291,7 +314,7 @@ Result<OverlayFiles> Draw(const fs::path& folder, Film& film, const OverlayOptio
   cv::VideoWriter writer;
   cv::Mat drawn;
   for (int frame = 0; frame < frames; ++frame) {
-    Result<cv::Mat> next = DrawFrame(film, frame);
+    Result<cv::Mat> next = DrawFrame(film, frame, options, false);
     if (!next.ok()) return next.error();
     drawn = next.value();
     if (frame == 0) {
@@ -313,6 +336,9 @@ Result<OverlayFiles> Draw(const fs::path& folder, Film& film, const OverlayOptio
   }
   writer.release();
   fs::rename(beside, files.video);
+  Result<cv::Mat> last = DrawFrame(film, frames - 1, options, true);
+  if (!last.ok()) return last.error();
+  drawn = last.value();
   const Status saved = WriteBeside(files.last_frame, [&](const fs::path& file) -> Status {
     if (cv::imwrite(file.string(), drawn)) return Ok{};
     return CannotWrite(file);
@@ -350,7 +376,7 @@ cv::Mat DrawOverlay(const Camera& camera, const cv::Mat& gray, const std::vector
                (row.corners_px.rowwise().mean() - *expected).norm() < kFits * camera.focal_x_px / depth;
       }
     }
-    const cv::Scalar& color = fits ? kTagFits : kTagElsewhere;
+    const cv::Scalar& color = fits ? kTagFitsColor : kTagElsewhereColor;
     for (int k = 0; k < 4; ++k) {
       Line(picture, Scaled(row.corners_px.col(k), scale), Scaled(row.corners_px.col((k + 1) % 4), scale),
            color, 1);
@@ -362,7 +388,7 @@ cv::Mat DrawOverlay(const Camera& camera, const cv::Mat& gray, const std::vector
 
 Result<OverlayFiles> WriteOverlay(const fs::path& folder, const OverlayOptions& options,
                                   const Progress& progress) {
-  Result<Film> film = OpenFilm(folder, options);
+  Result<Film> film = OpenFilm(folder);
   if (!film.ok()) return film.error();
   if (film.value().cameras.empty() || film.value().curves.empty() ||
       film.value().curves.front().curves.empty()) {

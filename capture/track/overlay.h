@@ -32,7 +32,7 @@ cv::Mat DrawOverlay(const Camera& camera, const cv::Mat& gray, const std::vector
 
 struct OverlayFiles {
   std::filesystem::path video;       // H.264 in MP4, or Motion JPEG in AVI where there is no H.264 encoder
-  std::filesystem::path last_frame;  // PNG
+  std::filesystem::path last_frame;  // PNG, only what is around the curves, so larger
 };
 
 // Reads a tracked trial's folder (trial.toml, cam<i>.mkv, cam<i>.csv, detections.csv, curves.h5) and writes

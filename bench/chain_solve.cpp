@@ -1,0 +1,46 @@
+// Time of one tentacle in one frame (capture/track/chain_solve.h), from synthetic views of two, one and four
+// cameras. 49 holes, pull 0.3; a new draw of noise per iteration.
+#include "capture/track/chain_solve.h"
+
+#include <benchmark/benchmark.h>
+
+#include <random>
+#include <vector>
+
+#include "tests/support/synthetic_view.h"
+
+namespace tendril {
+namespace {
+
+using testing_support::CamerasAround;
+using testing_support::MakeTruth;
+using testing_support::Picture;
+using testing_support::Truth;
+
+void SolveOneFrame(benchmark::State& state, const Picture& picture) {
+  const std::vector<Camera> rig = CamerasAround(static_cast<int>(state.range(0)));
+  std::vector<Truth> truths;
+  for (int draw = 0; draw < 16; ++draw) {
+    std::mt19937_64 random(draw);
+    truths.push_back(MakeTruth({}, 0.3, rig, picture, {}, random));
+  }
+  double views = 0;
+  double iterations = 0;
+  std::size_t next = 0;
+  for (auto _ : state) {
+    const Truth& truth = truths[next++ % truths.size()];
+    const ChainSolution solution = SolveChain(truth.model, rig, truth.views);
+    benchmark::DoNotOptimize(solution.curve.points.data());
+    views += static_cast<double>(truth.views.size());
+    iterations += solution.iterations;
+  }
+  state.counters["views"] = benchmark::Counter(views, benchmark::Counter::kAvgIterations);
+  state.counters["steps"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
+}
+
+BENCHMARK_CAPTURE(SolveOneFrame, all_tags, Picture{})->Arg(1)->Arg(2)->Arg(4)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(SolveOneFrame, few_tags, Picture{.kept = 0.3})->Arg(2)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(SolveOneFrame, outliers, Picture{.outliers = 0.05})->Arg(2)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace tendril
