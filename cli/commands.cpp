@@ -2,8 +2,10 @@
 
 #include "cli/demo_command.h"
 #include "cli/design_commands.h"
+#include "cli/design_tags_command.h"
 #include "cli/detect_command.h"
 #include "cli/fold_command.h"
+#include "cli/import_command.h"
 #include "cli/lab_commands.h"
 #include "cli/link_command.h"
 #include "cli/plot_commands.h"
@@ -21,6 +23,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeInitCommand());
   all.push_back(MakeDesignShowCommand());
   all.push_back(MakeDesignCutCommand());
+  all.push_back(MakeDesignTagsCommand());
   all.push_back(MakeFoldCommand());
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
@@ -28,6 +31,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeLinkCommand());
   all.push_back(MakeTrialsListCommand());
   all.push_back(MakeTrialsShowCommand());
+  all.push_back(MakeTrialsImportCommand());
   all.push_back(MakeTrialsOutcomeCommand());
   all.push_back(MakeTrialsNoteCommand());
   all.push_back(MakeTrialsVoidCommand());

@@ -31,7 +31,7 @@ struct TagDetectOptions {
   double decimate = 1;  // quads are searched in a picture this many times smaller; costs small tags
   double blur = 0;      // standard deviation of a Gaussian before the search, px
   // libapriltag's own step. On photographs it loses one tag of 25 that is found without it, and kRefined
-  // makes up for what it improves (docs/tracking.md).
+  // makes up for what it improves (docs/detection.md).
   bool refine_edges = false;
   // Contrast below which no edge is looked for, gray levels. The library's 5 chases sensor noise.
   int min_white_black_diff = 40;
