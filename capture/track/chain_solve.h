@@ -39,11 +39,11 @@ struct ChainModel {
 struct ChainOptions {
   double sigma_corner_px = 0.12;      // the detector's corners
   double sigma_tag_place = 0.15e-3;   // a tag against its place on the facet, each axis, m
-  double sigma_tag_turn = 0.02;       // likewise, and the facet's bending, each axis, rad
+  double sigma_tag_turn = 0.015;      // likewise, and the facet's bending, each axis, rad
   double sigma_hole = 0.10e-3;        // a hole against its place on the facet, each axis, m
   double sigma_gap = 0.20e-3;         // a crease as carried by its two facets, each axis, m
-  double sigma_swing = 0.02;          // turning about other axes than the crease, rad
-  double sigma_angle = 0.07;          // a crease's phi about what its neighbours suggest, rad
+  double sigma_swing = 0.015;         // turning about other axes than the crease, rad
+  double sigma_angle = 0.05;          // a crease's phi about what its neighbours suggest, rad
   double sigma_opening = 0.20;        // how far the whole tentacle opens or closes beyond the law, rad
   double sigma_opening_walk = 0.015;  // change of that from one crease to the next, rad
   double sigma_base_place = 1.5e-3;   // hole 0 against its nominal place, each axis, m
