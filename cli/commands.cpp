@@ -1,5 +1,6 @@
 #include "cli/commands.h"
 
+#include "cli/calibrate_commands.h"
 #include "cli/demo_command.h"
 #include "cli/design_commands.h"
 #include "cli/design_tags_command.h"
@@ -28,6 +29,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
   all.push_back(MakeTrackCommand());
+  all.push_back(MakeCalibrateFoldCommand());
   all.push_back(MakeLinkCommand());
   all.push_back(MakeTrialsListCommand());
   all.push_back(MakeTrialsShowCommand());

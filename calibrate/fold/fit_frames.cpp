@@ -160,7 +160,7 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
   return prepared;
 }
 
-std::optional<double> EffectivePull(const FitFrame& frame, const FoldVector& parameters, double nuisance) {
+std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& parameters, double nuisance) {
   double pull = nuisance;
   if (frame.source == PullSource::kSettled) pull = parameters[0] * frame.commanded_pull;
   if (frame.source == PullSource::kLagged) pull = parameters[0] * (frame.commanded_pull - nuisance);
@@ -168,13 +168,14 @@ std::optional<double> EffectivePull(const FitFrame& frame, const FoldVector& par
   return pull;
 }
 
-std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const FoldVector& parameters,
+std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVector& parameters,
                                            double nuisance, const ShapeResidualOptions& options) {
   const std::optional<double> pull = EffectivePull(frame, parameters, nuisance);
   if (!pull) return std::nullopt;
   const Result<FoldTangent> fold = FoldAt(*frame.design, *frame.layout, *pull, parameters[1], parameters[2]);
   if (!fold.ok()) return std::nullopt;
-  ShapeResidual shape = ResidualOf(MoveNodes(*frame.layout, fold.value()), frame.seen, options);
+  ShapeResidual shape = ResidualOf(MoveNodes(*frame.layout, fold.value()), frame.seen, options,
+                                   {parameters[kFoldParameters], parameters[kFoldParameters + 1]});
 
   FrameResidual residual;
   residual.group = shape.group;

@@ -42,22 +42,25 @@ struct FitFrames {
 //   errors  kBadInput as FitFold
 Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations, const FoldFitOptions& options);
 
-// The three parameters as the solver sees them: pull_scale, ln stiffness_ratio, stiffness_exponent.
-using FoldVector = Eigen::Vector3d;
+// What all frames share, as the solver sees it: pull_scale, ln stiffness_ratio, stiffness_exponent; then the
+// two scatters (nuisances).
+inline constexpr int kShared = kFoldParameters + kScatters;
+using SharedVector = Eigen::Matrix<double, kShared, 1>;
+using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
 
-// A frame's residual with its derivatives by the three parameters and by its nuisance.
+// A frame's residual with its derivatives by what all frames share and by its nuisance.
 struct FrameResidual {
   int group = 1;
   Eigen::VectorXd value;  // in sigmas                                  (rows)
-  Eigen::Matrix<double, Eigen::Dynamic, 3> slope;
+  Eigen::Matrix<double, Eigen::Dynamic, kShared> slope;
   Eigen::VectorXd nuisance_slope;  // zero where the frame has none              (rows)
 };
 
 // The tentacle's pull in a frame. None: negative, or beyond reach.
-std::optional<double> EffectivePull(const FitFrame& frame, const FoldVector& parameters, double nuisance);
+std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& parameters, double nuisance);
 
 // None where the pull cannot be.
-std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const FoldVector& parameters,
+std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVector& parameters,
                                            double nuisance, const ShapeResidualOptions& options);
 
 }  // namespace tendril

@@ -12,9 +12,9 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Sums over the frames that share a nuisance, or over a single frame that has none.
 struct Block {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d score = Eigen::Vector3d::Zero();
-  Eigen::Vector3d mixed = Eigen::Vector3d::Zero();
+  SharedMatrix information = SharedMatrix::Zero();
+  SharedVector score = SharedVector::Zero();
+  SharedVector mixed = SharedVector::Zero();
   double nuisance_information = 0;
   double nuisance_score = 0;
   int trial = 0;
@@ -22,15 +22,15 @@ struct Block {
 
 std::vector<int> Free(const HeldParameters& held) {
   std::vector<int> free;
-  for (int i = 0; i < kFoldParameters; ++i) {
+  for (int i = 0; i < kShared; ++i) {
     if (!held[static_cast<std::size_t>(i)]) free.push_back(i);
   }
   return free;
 }
 
 // Inverse of the free part, NaN elsewhere; all NaN if that part is singular.
-Eigen::Matrix3d InverseOfFree(const Eigen::Matrix3d& matrix, const std::vector<int>& free) {
-  Eigen::Matrix3d inverse = Eigen::Matrix3d::Constant(kNaN);
+SharedMatrix InverseOfFree(const SharedMatrix& matrix, const std::vector<int>& free) {
+  SharedMatrix inverse = SharedMatrix::Constant(kNaN);
   const Eigen::Index n = static_cast<Eigen::Index>(free.size());
   if (n == 0) return inverse;
   // Scaled to a unit diagonal, so that the parameters' units do not decide what is singular.
@@ -63,12 +63,12 @@ Eigen::Matrix3d InverseOfFree(const Eigen::Matrix3d& matrix, const std::vector<i
 
 }  // namespace
 
-const std::array<double, kFoldParameters>& LargestStandardErrors() {
-  static constexpr std::array<double, kFoldParameters> kLargest = {0.1, 0.5, 0.5};
+const std::array<double, kShared>& LargestStandardErrors() {
+  static constexpr std::array<double, kShared> kLargest = {0.1, 0.5, 0.5, 1, 3};
   return kLargest;
 }
 
-Information InformationAt(const FitFrames& frames, const FoldVector& parameters,
+Information InformationAt(const FitFrames& frames, const SharedVector& parameters,
                           const std::vector<double>& nuisances, const ShapeResidualOptions& options,
                           double huber) {
   Information information;
@@ -123,14 +123,14 @@ Information InformationAt(const FitFrames& frames, const FoldVector& parameters,
   return information;
 }
 
-Eigen::Matrix3d NaiveCovariance(const Information& information, double row_variance,
-                                const HeldParameters& held) {
+SharedMatrix NaiveCovariance(const Information& information, double row_variance,
+                             const HeldParameters& held) {
   return row_variance * information.repeats * InverseOfFree(information.total, Free(held));
 }
 
-Eigen::Matrix3d ClusteredCovariance(const Information& information, const HeldParameters& held) {
+SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held) {
   const std::vector<int> free = Free(held);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Constant(kNaN);
+  SharedMatrix covariance = SharedMatrix::Constant(kNaN);
   double contributing = 0;
   for (const TrialInformation& trial : information.trials)
     contributing += trial.information.trace() > 0 ? 1 : 0;
@@ -139,8 +139,8 @@ Eigen::Matrix3d ClusteredCovariance(const Information& information, const HeldPa
     for (const int b : free) covariance(a, b) = 0;
   }
   for (const TrialInformation& trial : information.trials) {
-    const Eigen::Matrix3d inverse = InverseOfFree(information.total - trial.information, free);
-    Eigen::Vector3d change = Eigen::Vector3d::Zero();
+    const SharedMatrix inverse = InverseOfFree(information.total - trial.information, free);
+    SharedVector change = SharedVector::Zero();
     for (const int a : free) {
       for (const int b : free) change[a] += inverse(a, b) * trial.score[b];
     }
@@ -154,7 +154,7 @@ Eigen::Matrix3d ClusteredCovariance(const Information& information, const HeldPa
 std::vector<Unidentified> FindUnidentified(const Information& information, double row_variance,
                                            HeldParameters held) {
   std::vector<Unidentified> found;
-  const Eigen::Vector3d largest(LargestStandardErrors().data());
+  const SharedVector largest(LargestStandardErrors().data());
   const double noise = row_variance * information.repeats;
   for (std::vector<int> free = Free(held); !free.empty(); free = Free(held)) {
     const Eigen::Index n = static_cast<Eigen::Index>(free.size());

@@ -1,5 +1,5 @@
 #pragma once
-// What the frames say about the three parameters: information and score per trial, the covariances that
+// What the frames say about the parameters: information and score per trial, the covariances that
 // follow, and which parameters no data here can pin down. Internal to calibrate/fold.
 
 #include <Eigen/Core>
@@ -11,34 +11,33 @@
 
 namespace tendril {
 
-using HeldParameters = std::array<bool, kFoldParameters>;
+using HeldParameters = std::array<bool, kShared>;
 
 // One trial's share at the given parameters, after its lags and free pulls have been eliminated.
 struct TrialInformation {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // sum of psi' J^T J
-  Eigen::Vector3d score = Eigen::Vector3d::Zero();        // sum of J^T psi(r)
+  SharedMatrix information = SharedMatrix::Zero();  // sum of psi' J^T J
+  SharedVector score = SharedVector::Zero();        // sum of J^T psi(r)
 };
 
 struct Information {
   std::vector<TrialInformation> trials;
-  Eigen::Matrix3d total = Eigen::Matrix3d::Zero();
+  SharedMatrix total = SharedMatrix::Zero();
   double row_variance = 0;  // mean psi^2 per row, in sigmas^2
   double repeats = 1;       // times that a node's error enters the rows
 };
 
 // huber: length of a group of residuals beyond which it counts linearly; infinity: never.
-Information InformationAt(const FitFrames& frames, const FoldVector& parameters,
+Information InformationAt(const FitFrames& frames, const SharedVector& parameters,
                           const std::vector<double>& nuisances, const ShapeResidualOptions& options,
                           double huber);
 
 // Inverse of the information of the free parameters, times the variance of a row; NaN for held ones.
-Eigen::Matrix3d NaiveCovariance(const Information& information, double row_variance,
-                                const HeldParameters& held);
+SharedMatrix NaiveCovariance(const Information& information, double row_variance, const HeldParameters& held);
 
 // Linearised delete-one-trial jackknife: (G - 1) / G sum_g D_g D_g^T, D_g = (H - H_g)^-1 s_g. For trials that
 // weigh alike it is the sandwich H^-1 (sum s_g s_g^T) H^-1 times G / (G - 1); for others it is larger.
 // Needs two trials or more; NaN where a parameter hangs on one trial alone.
-Eigen::Matrix3d ClusteredCovariance(const Information& information, const HeldParameters& held);
+SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held);
 
 struct Unidentified {
   int parameter = 0;
@@ -53,6 +52,6 @@ std::vector<Unidentified> FindUnidentified(const Information& information, doubl
                                            HeldParameters held);
 
 // Largest standard error with which a parameter still counts as identified (pull_scale, ln ratio, exponent).
-const std::array<double, kFoldParameters>& LargestStandardErrors();
+const std::array<double, kShared>& LargestStandardErrors();
 
 }  // namespace tendril

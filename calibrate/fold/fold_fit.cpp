@@ -1,162 +1,23 @@
 #include "calibrate/fold/fold_fit.h"
 
-#include <ceres/ceres.h>
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
-#include <memory>
 #include <utility>
 
 #include "calibrate/fold/fit_frames.h"
 #include "calibrate/fold/fit_information.h"
+#include "calibrate/fold/fit_solver.h"
 #include "calibrate/student_t.h"
-#include "model/fold/fold.h"
 
 namespace tendril {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-const char* const kNames[kFoldParameters] = {"pull_scale", "stiffness_ratio", "stiffness_exponent"};
-
-// One frame. A group of residuals longer than `huber` counts linearly: it is shortened so that half its
-// square is Huber's loss, which keeps the problem a plain least-squares one.
-class FrameCost final : public ceres::CostFunction {
- public:
-  FrameCost(const FitFrame& frame, const ShapeResidualOptions& options, double huber)
-      : frame_(frame), options_(options), huber_(huber) {
-    set_num_residuals(ResidualRows(frame.seen, frame.design->holes, options));
-    mutable_parameter_block_sizes()->push_back(kFoldParameters);
-    if (frame.nuisance >= 0) mutable_parameter_block_sizes()->push_back(1);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const double nuisance = frame_.nuisance >= 0 ? parameters[1][0] : 0;
-    std::optional<FrameResidual> at = EvaluateFrame(
-        frame_, FoldVector(parameters[0][0], parameters[0][1], parameters[0][2]), nuisance, options_);
-    if (!at) return false;
-    for (Eigen::Index row = 0; row < at->value.size(); row += at->group) {
-      const double length = at->value.segment(row, at->group).norm();
-      if (length <= huber_) continue;
-      const double root = std::sqrt(huber_ * (2 * length - huber_));
-      const double factor = root / length;
-      const double factor_slope = huber_ / (root * length) - root / (length * length);
-      const Eigen::VectorXd r = at->value.segment(row, at->group);
-      const Eigen::MatrixXd change = factor * Eigen::MatrixXd::Identity(at->group, at->group) +
-                                     (factor_slope / length) * r * r.transpose();
-      const Eigen::MatrixXd slope = change * at->slope.middleRows(row, at->group);
-      const Eigen::VectorXd nuisance_slope = change * at->nuisance_slope.segment(row, at->group);
-      at->slope.middleRows(row, at->group) = slope;
-      at->nuisance_slope.segment(row, at->group) = nuisance_slope;
-      at->value.segment(row, at->group) = factor * r;
-    }
-    Eigen::Map<Eigen::VectorXd>(residuals, at->value.size()) = at->value;
-    if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kFoldParameters, Eigen::RowMajor>>(
-          jacobians[0], at->value.size(), kFoldParameters) = at->slope;
-    }
-    if (frame_.nuisance >= 0 && jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::VectorXd>(jacobians[1], at->value.size()) = at->nuisance_slope;
-    }
-    return true;
-  }
-
- private:
-  const FitFrame& frame_;
-  const ShapeResidualOptions& options_;
-  double huber_;
-};
-
-class AskToGoOn final : public ceres::IterationCallback {
- public:
-  AskToGoOn(const Progress& progress, double from, double to, int most)
-      : progress_(progress), from_(from), to_(to), most_(most) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    if (!progress_) return ceres::SOLVER_CONTINUE;
-    const double share = std::min(1.0, static_cast<double>(summary.iteration) / most_);
-    return progress_(from_ + (to_ - from_) * share) ? ceres::SOLVER_CONTINUE : ceres::SOLVER_ABORT;
-  }
-
- private:
-  const Progress& progress_;
-  double from_;
-  double to_;
-  int most_;
-};
-
-struct Solution {
-  FoldVector parameters;
-  std::vector<double> nuisances;
-  int iterations = 0;
-  bool converged = false;
-  std::string message;
-};
-
-struct Solving {
-  const FoldFitOptions& options;
-  const Progress& progress;
-  double from = 0;  // share of all the work that is done before this solve, and after
-  double to = 1;
-};
-
-Status Solve(const FitFrames& frames, const HeldParameters& held, double huber, const Solving& how,
-             Solution& solution) {
-  try {
-    ceres::Problem problem;
-    problem.AddParameterBlock(solution.parameters.data(), kFoldParameters);
-    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    ordering->AddElementToGroup(solution.parameters.data(), 1);
-    bool eliminates = false;
-    for (const FitFrame& frame : frames.frames) {
-      std::vector<double*> blocks = {solution.parameters.data()};
-      if (frame.nuisance >= 0) {
-        double* const nuisance = &solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
-        blocks.push_back(nuisance);
-        ordering->AddElementToGroup(nuisance, 0);
-        eliminates = true;
-      }
-      problem.AddResidualBlock(new FrameCost(frame, how.options.residual, huber), nullptr, blocks);
-      if (frame.source == PullSource::kFree) {
-        problem.SetParameterLowerBound(blocks[1], 0, 1e-9);
-        problem.SetParameterUpperBound(blocks[1], 0, LargestPull(frame.design->closed_angle));
-      }
-    }
-    std::vector<int> constant;
-    for (int i = 0; i < kFoldParameters; ++i) {
-      if (held[static_cast<std::size_t>(i)]) constant.push_back(i);
-    }
-    if (constant.size() == kFoldParameters) {
-      problem.SetParameterBlockConstant(solution.parameters.data());
-    } else if (!constant.empty()) {
-      problem.SetManifold(solution.parameters.data(), new ceres::SubsetManifold(kFoldParameters, constant));
-    }
-    ceres::Solver::Options options;
-    options.linear_solver_type = eliminates ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
-    if (eliminates) options.linear_solver_ordering = ordering;
-    options.max_num_iterations = how.options.iterations;
-    options.function_tolerance = 1e-13;
-    options.gradient_tolerance = 1e-13;
-    options.parameter_tolerance = 1e-11;
-    options.logging_type = ceres::SILENT;
-    options.num_threads = 1;
-    AskToGoOn ask(how.progress, how.from, how.to, how.options.iterations);
-    options.callbacks.push_back(&ask);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    if (summary.termination_type == ceres::USER_FAILURE) {
-      return Error{ErrorKind::kStopped, "the fit was asked to stop"};
-    }
-    solution.iterations += static_cast<int>(summary.iterations.size());
-    solution.converged = summary.termination_type == ceres::CONVERGENCE;
-    solution.message = summary.message;
-  } catch (const std::exception& error) {
-    return Error{ErrorKind::kIo, fmt::format("the solver failed: {}", error.what())};
-  }
-  return Ok{};
-}
+const char* const kNames[kShared] = {"pull_scale", "stiffness_ratio", "stiffness_exponent",
+                                     "the scatter of the nodes", "the scatter of the creases"};
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -194,9 +55,8 @@ Misfit MisfitAt(const FitFrames& frames, const Solution& solution, const ShapeRe
   return misfit;
 }
 
-double HuberLength(const FitFrames& frames, const FoldFitOptions& options, double scale) {
+double HuberLength(const FoldFitOptions& options, double scale) {
   const bool positions = options.residual.kind == ShapeResidualKind::kAlignedWindows;
-  (void)frames;
   return options.huber * std::max(scale, 0.05) * (positions ? std::sqrt(3.0) : 1.0);
 }
 
@@ -220,8 +80,7 @@ int DropOutlierFrames(FitFrames& frames, const Misfit& misfit, const FoldFitOpti
   return dropped;
 }
 
-std::string WhyUnidentified(const FitFrames& frames, const FoldFitOptions& options, const Unidentified& one,
-                            std::span<const FoldObservation> observations) {
+std::string WhyUnidentified(const FitFrames& frames, const FoldFitOptions& options, const Unidentified& one) {
   double largest_pull = 0;
   double widest = 0;
   double narrowest = std::numeric_limits<double>::infinity();
@@ -234,7 +93,6 @@ std::string WhyUnidentified(const FitFrames& frames, const FoldFitOptions& optio
     creases = std::max(creases, static_cast<int>(frame.layout->width.size()));
     settled = settled || (frame.source != PullSource::kFree && frame.commanded_pull > 0);
   }
-  (void)observations;
   if (largest_pull == 0) return "every frame's commanded pull is 0: the tentacles are flat";
   if (one.parameter == 0 && !settled) {
     return fmt::format(
@@ -349,29 +207,30 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
                              "finite ratio above 0 and a finite exponent",
                              ratio, exponent)};
   }
-  const FoldVector start(options.start_pull_scale, std::log(ratio), exponent);
+  SharedVector start = SharedVector::Zero();
+  start.head<kFoldParameters>() << options.start_pull_scale, std::log(ratio), exponent;
   solution.parameters = start;
   solution.nuisances = frames.nuisance_start;
 
   FoldFit fit;
   HeldParameters held{};
-  std::array<std::string, kFoldParameters> why;
+  std::array<std::string, kShared> why;
   const auto hold = [&](const std::vector<Unidentified>& found) {
     for (const Unidentified& one : found) {
       const std::size_t i = static_cast<std::size_t>(one.parameter);
       held[i] = true;
       solution.parameters[one.parameter] = start[one.parameter];
-      why[i] = WhyUnidentified(frames, options, one, observations);
+      why[i] = WhyUnidentified(frames, options, one);
     }
     return !found.empty();
   };
-  double huber = 3 * HuberLength(frames, options, 1);
+  double huber = 3 * HuberLength(options, 1);
   hold(FindUnidentified(
       InformationAt(frames, solution.parameters, solution.nuisances, options.residual, huber), 1, held));
 
   // A first look with a wide loss gives the scale of the misfit; the second is the fit. What turns out
   // unidentified only there is held, and the fit made again.
-  if (const Status s = Solve(frames, held, huber, {options, progress, 0, 0.4}, solution); !s.ok())
+  if (const Status s = SolveFit(frames, held, huber, {options, progress, 0, 0.4}, solution); !s.ok())
     return s.error();
   const int dropped = DropOutlierFrames(frames, MisfitAt(frames, solution, options.residual), options);
   if (dropped > 0) {
@@ -379,9 +238,9 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
         fmt::format("{} frames left out: their shapes are too far from the model's", dropped));
   }
   Information information;
-  for (int round = 0; round <= kFoldParameters; ++round) {
-    huber = HuberLength(frames, options, MisfitAt(frames, solution, options.residual).group_scale);
-    if (const Status s = Solve(frames, held, huber, {options, progress, 0.4, 1}, solution); !s.ok())
+  for (int round = 0; round <= kShared; ++round) {
+    huber = HuberLength(options, MisfitAt(frames, solution, options.residual).group_scale);
+    if (const Status s = SolveFit(frames, held, huber, {options, progress, 0.4, 1}, solution); !s.ok())
       return s.error();
     information = InformationAt(frames, solution.parameters, solution.nuisances, options.residual, huber);
     if (!hold(FindUnidentified(information, information.row_variance, held))) break;
@@ -390,9 +249,9 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
   fit.trials = 0;
   for (const TrialInformation& trial : information.trials)
     fit.trials += trial.information.trace() > 0 ? 1 : 0;
-  const Eigen::Matrix3d naive = NaiveCovariance(information, information.row_variance, held);
+  const SharedMatrix naive = NaiveCovariance(information, information.row_variance, held);
   fit.clustered = fit.trials > 1;
-  Eigen::Matrix3d covariance = fit.clustered ? ClusteredCovariance(information, held) : naive;
+  const SharedMatrix covariance = fit.clustered ? ClusteredCovariance(information, held) : naive;
   fit.degrees_of_freedom = std::max(1, fit.trials - 1);
   const double quantile = fit.clustered
                               ? StudentTQuantile(0.5 + options.confidence / 2, fit.degrees_of_freedom)
@@ -425,8 +284,11 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
         "one trial only: standard errors take every node as independent and are too small; record more "
         "trials");
   }
-  fit.covariance = WithRatio(covariance, fit.parameters[1].value);
-  fit.naive_covariance = WithRatio(naive, fit.parameters[1].value);
+  fit.covariance =
+      WithRatio(covariance.topLeftCorner<kFoldParameters, kFoldParameters>(), fit.parameters[1].value);
+  fit.naive_covariance =
+      WithRatio(naive.topLeftCorner<kFoldParameters, kFoldParameters>(), fit.parameters[1].value);
+  fit.scatter = {solution.parameters[kFoldParameters], solution.parameters[kFoldParameters + 1]};
   fit.residual_rms = ResidualRms(frames, solution);
   fit.frames_used = static_cast<int>(frames.frames.size());
   fit.frames_settled =

@@ -38,7 +38,9 @@ struct FoldObservation {
 
 struct FoldFitOptions {
   ShapeResidualOptions residual;
-  double longest_lag = 1.5;       // s: a tentacle has followed its command after this (delay and slower rate)
+  // A tentacle has followed its command after this, s. Servo logs carry each servo's own command; where the
+  // command is common and start-up delays are not logged, it takes longer.
+  double longest_lag = 0.25;
   double unknown_sigma = 0.5e-3;  // m: for curves that come without sigma
   int fewest_nodes = 6;           // a frame with fewer seen nodes is left out
   double outlier_frame = 6;       // a frame whose RMS is this many times the median frame's is left out
@@ -78,6 +80,7 @@ struct FoldFit {
   Eigen::Matrix3d naive_covariance;  // as if every node of every frame erred alone
   bool clustered = false;
   int degrees_of_freedom = 0;  // of the t quantile behind the intervals: trials - 1
+  Scatter scatter;             // nuisances; shape_residual.h says what they are
   double residual_rms = 0;     // aligned model - observed, seen nodes of the used frames, m
   int trials = 0;
   int frames_used = 0;
@@ -96,6 +99,8 @@ struct FoldFit {
 // unknown delay: if its trial has a settled frame at a pull above zero, the moving frames' pulls are fitted
 // one by one (they then tell of ratio and exponent only); if not, one lag per tentacle and trial is fitted to
 // the frames in which the command's rate has been steady for longest_lag.
+//
+// Two scatters (shape_residual.h) are fitted besides, unless the data cannot tell them from the parameters.
 //
 // Standard errors: sandwich, clustered by trial, in the form of the linearised delete-one-trial jackknife
 // (which carries the small-sample correction); intervals by Student's t with trials - 1 degrees of freedom.

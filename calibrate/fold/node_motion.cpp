@@ -56,6 +56,10 @@ NodeMotion MoveNodes(const TentacleLayout& layout, const FoldTangent& fold) {
   }
   for (Eigen::Matrix3Xd& velocity : motion.velocity) velocity.setZero(3, holes);
 
+  const Eigen::ArrayXd across = layout.crease_angle.array().sin().square();
+  motion.folded = (across * fold.angle.array().sin().square()).matrix();
+  motion.folded_slope = (across * (2 * fold.angle.array()).sin()).matrix().asDiagonal() * fold.slope;
+
   Eigen::Matrix3d spin = Eigen::Matrix3d::Zero();  // of the facet, one column per direction
   for (Eigen::Index i = 0; i + 1 < holes; ++i) {
     const Eigen::Isometry3d& facet = chain.tentacle_from_sheet[static_cast<std::size_t>(i)];

@@ -28,7 +28,11 @@ Result<FoldTangent> FoldAt(const TentacleDesign& design, const TentacleLayout& l
                            double log_ratio, double exponent);
 
 struct NodeMotion {
-  Eigen::Matrix3Xd nodes;                                  // holes in the tentacle's frame, m  (3, H)
+  Eigen::Matrix3Xd nodes;  // holes in the tentacle's frame, m  (3, H)
+  // sin^2(a) sin^2(phi) of each crease, and its derivatives: how far the fold carries its neighbours out of
+  // their chord.                                                                  (creases), (creases, 3)
+  Eigen::VectorXd folded;
+  Eigen::Matrix<double, Eigen::Dynamic, kFoldDirections> folded_slope;
   std::array<Eigen::Matrix3Xd, kFoldDirections> velocity;  // their derivatives up to a rigid motion (3, H)
 };
 

@@ -10,7 +10,6 @@ namespace tendril {
 namespace {
 
 constexpr int kFewestInWindow = 4;  // three nodes have a shape too, but one outlier spoils it
-constexpr int kFarthest = 3;        // creases that a local distance spans
 
 struct Span {
   Eigen::Index first = 0;  // into the seen nodes
@@ -39,10 +38,10 @@ struct Pair {
   Eigen::Index b = 0;
 };
 
-std::vector<Pair> Pairs(const SeenNodes& seen) {
+std::vector<Pair> Pairs(const SeenNodes& seen, int creases) {
   std::vector<Pair> pairs;
   for (Eigen::Index a = 0; a < seen.index.size(); ++a) {
-    for (Eigen::Index b = a + 1; b < seen.index.size() && seen.index[b] - seen.index[a] <= kFarthest; ++b) {
+    for (Eigen::Index b = a + 1; b < seen.index.size() && seen.index[b] - seen.index[a] <= creases; ++b) {
       pairs.push_back({a, b});
     }
   }
@@ -81,7 +80,7 @@ ShapeResidual WindowResidual(const NodeMotion& model, const SeenNodes& seen,
   ShapeResidual residual;
   residual.group = 3;
   residual.value.resize(rows);
-  residual.slope.resize(rows, kFoldDirections);
+  residual.slope.setZero(rows, kShapeDirections);
   const Eigen::VectorXd inverse = InverseSigma(seen, options.model_error);
 
   Eigen::Index row = 0;
@@ -118,35 +117,45 @@ ShapeResidual WindowResidual(const NodeMotion& model, const SeenNodes& seen,
     Eigen::MatrixXd turned_slope = qr.householderQ().transpose() * slope;
     turned_slope.topRows(qr.rank()).setZero();
     turned_slope.applyOnTheLeft(qr.householderQ());
-    residual.slope.middleRows(row, 3 * n) = turned_slope;
+    residual.slope.block(row, 0, 3 * n, kFoldDirections) = turned_slope;
     row += 3 * n;
   }
   return residual;
 }
 
 ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
-                               const ShapeResidualOptions& options) {
-  const std::vector<Pair> pairs = Pairs(seen);
+                               const ShapeResidualOptions& options, const Scatter& scatter) {
+  const std::vector<Pair> pairs = Pairs(seen, options.creases);
   ShapeResidual residual;
   residual.group = 1;
   residual.value.resize(static_cast<Eigen::Index>(pairs.size()));
-  residual.slope.setZero(static_cast<Eigen::Index>(pairs.size()), kFoldDirections);
+  residual.slope.setZero(static_cast<Eigen::Index>(pairs.size()), kShapeDirections);
+  const double error2 = options.model_error * options.model_error;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Pair& pair = pairs[p];
     const Eigen::Index row = static_cast<Eigen::Index>(p);
     const int a = seen.index[pair.a];
     const int b = seen.index[pair.b];
-    const double sigma =
-        std::sqrt(seen.sigma[pair.a] * seen.sigma[pair.a] + seen.sigma[pair.b] * seen.sigma[pair.b] +
-                  2 * options.model_error * options.model_error);
+    const double sigma2 =
+        seen.sigma[pair.a] * seen.sigma[pair.a] + seen.sigma[pair.b] * seen.sigma[pair.b] + 2 * error2;
+    const double sigma = std::sqrt(sigma2);
     const Eigen::Vector3d chord = model.nodes.col(b) - model.nodes.col(a);
-    const double length = chord.norm();
+    const double folded = model.folded.segment(a, b - a).mean();
+    const double square = chord.squaredNorm() + scatter.flat * sigma2 + scatter.folded * folded * error2;
+    // Negative scatter never takes more of a distance than leaves a tenth of the model error.
+    const double least = 0.01 * error2;
+    const double length = std::sqrt(std::max(square, least));
     residual.value[row] = (length - (seen.points.col(pair.b) - seen.points.col(pair.a)).norm()) / sigma;
-    if (!(length > 0)) continue;
-    for (std::size_t k = 0; k < kFoldDirections; ++k) {
-      residual.slope(row, static_cast<Eigen::Index>(k)) =
-          chord.dot(model.velocity[k].col(b) - model.velocity[k].col(a)) / (length * sigma);
+    if (square <= least) continue;
+    const double factor = 1 / (length * sigma);
+    for (int k = 0; k < kFoldDirections; ++k) {
+      const Eigen::Matrix3Xd& velocity = model.velocity[static_cast<std::size_t>(k)];
+      const double folded_slope = model.folded_slope.col(k).segment(a, b - a).mean();
+      residual.slope(row, k) = factor * (chord.dot(velocity.col(b) - velocity.col(a)) +
+                                         0.5 * error2 * scatter.folded * folded_slope);
     }
+    residual.slope(row, kFoldDirections) = 0.5 * factor * sigma2;
+    residual.slope(row, kFoldDirections + 1) = 0.5 * factor * error2 * folded;
   }
   return residual;
 }
@@ -154,22 +163,16 @@ ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
 }  // namespace
 
 int ResidualRows(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options) {
-  if (options.kind == ShapeResidualKind::kLocalDistances) return static_cast<int>(Pairs(seen).size());
+  if (options.kind == ShapeResidualKind::kLocalDistances)
+    return static_cast<int>(Pairs(seen, options.creases).size());
   Eigen::Index rows = 0;
   for (const Span& span : Windows(seen, nodes, options.window)) rows += 3 * span.count;
   return static_cast<int>(rows);
 }
 
-double RowsPerNode(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options) {
-  const double group = options.kind == ShapeResidualKind::kLocalDistances ? 1 : 3;
-  return seen.index.size() == 0
-             ? 0
-             : ResidualRows(seen, nodes, options) / (group * static_cast<double>(seen.index.size()));
-}
-
-ShapeResidual ResidualOf(const NodeMotion& model, const SeenNodes& seen,
-                         const ShapeResidualOptions& options) {
-  return options.kind == ShapeResidualKind::kLocalDistances ? DistanceResidual(model, seen, options)
+ShapeResidual ResidualOf(const NodeMotion& model, const SeenNodes& seen, const ShapeResidualOptions& options,
+                         const Scatter& scatter) {
+  return options.kind == ShapeResidualKind::kLocalDistances ? DistanceResidual(model, seen, options, scatter)
                                                             : WindowResidual(model, seen, options);
 }
 

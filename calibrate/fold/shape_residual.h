@@ -12,16 +12,26 @@ namespace tendril {
 
 // Compared in docs/calibration.md, which says why the first is the default.
 enum class ShapeResidualKind {
+  kLocalDistances,  // hole-to-hole distances over one crease, or over a few
   kAlignedWindows,  // node positions, after the model's window of nodes is laid on the observed one
-  kLocalDistances,  // hole-to-hole distances over one, two and three creases
 };
 
 struct ShapeResidualOptions {
-  ShapeResidualKind kind = ShapeResidualKind::kAlignedWindows;
-  int window = 9;  // nodes in a window; half a window from one to the next; >= all nodes: one
-  double model_error =
-      0.3e-3;  // m, 1-sigma; added to the tracker's sigma: no node is better modelled than this
+  ShapeResidualKind kind = ShapeResidualKind::kLocalDistances;
+  int creases = 3;  // that a distance spans, at most
+  int window = 9;   // nodes in a window; half a window from one to the next; >= all nodes: one
+  // m, 1-sigma; added to the tracker's sigma: no node is better modelled than this.
+  double model_error = 0.3e-3;
 };
+
+// Distances between nodes that scatter are too long on average: noise and misplaced holes add to their
+// squares wherever, misplaced creases as far as they are folded (docs/calibration.md, "Scatter"). Flat in
+// squared sigmas of the distance, folded in model_error^2; negative for curves that were smoothed.
+struct Scatter {
+  double flat = 0;
+  double folded = 0;
+};
+inline constexpr int kScatters = 2;
 
 // The nodes of a frame that were seen, ascending.
 struct SeenNodes {
@@ -30,21 +40,25 @@ struct SeenNodes {
   Eigen::VectorXd sigma;    // 1-sigma position error, m                              (seen)
 };
 
+// Columns of slopes: the three directions of the fold, then the two scatters.
+inline constexpr int kShapeDirections = kFoldDirections + kScatters;
+
 // Groups of `group` rows belong together (a node's three components): a robust loss sees their length.
 struct ShapeResidual {
   int group = 1;
-  Eigen::VectorXd value;                                         // in sigmas          (rows)
-  Eigen::Matrix<double, Eigen::Dynamic, kFoldDirections> slope;  // by pull, ln ratio, exponent (rows, 3)
+  Eigen::VectorXd value;  // in sigmas                                                          (rows)
+  // By pull, ln ratio, exponent, scatter flat and folded                                       (rows, 5)
+  Eigen::Matrix<double, Eigen::Dynamic, kShapeDirections> slope;
 };
 
 // Rows that ResidualOf gives for these nodes: depends on which were seen, not on where they are.
 int ResidualRows(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options);
-// A frame's rows count each node this many times on average (windows overlap; distances share nodes).
-double RowsPerNode(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options);
 
-// The model minus the observed shape. For windows, the slope is that of the aligned residual with the
-// pose following (variable projection, Kaufman's form): exact for the cost's gradient.
-ShapeResidual ResidualOf(const NodeMotion& model, const SeenNodes& seen, const ShapeResidualOptions& options);
+// The model minus the observed shape. Windows know no scatter (their slopes by it are 0); for them the slope
+// is that of the aligned residual with the pose following (variable projection, Kaufman's form): exact for
+// the cost's gradient.
+ShapeResidual ResidualOf(const NodeMotion& model, const SeenNodes& seen, const ShapeResidualOptions& options,
+                         const Scatter& scatter = {});
 
 // RMS distance of the seen nodes from the model's after the best rigid motion, m.
 double AlignedRms(const Eigen::Ref<const Eigen::Matrix3Xd>& model_nodes, const SeenNodes& seen);

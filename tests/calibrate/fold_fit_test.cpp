@@ -38,6 +38,17 @@ std::vector<FoldObservation> Trials(int count, const TentacleDesign& design, con
   return observations;
 }
 
+// Delays and rates are not logged in these trials.
+FoldFitOptions Patient() {
+  FoldFitOptions options;
+  options.longest_lag = 1.5;
+  return options;
+}
+
+Result<FoldFit> Fit(std::span<const FoldObservation> observations) {
+  return FitFold(observations, Patient());
+}
+
 test::Perturbation LateOnly() {
   test::Perturbation how = kExactly;
   how.delay = 0.5;
@@ -55,7 +66,7 @@ TEST(FitFold, RecoversExactShapesWhateverTheLag) {
   for (const ShapeResidualKind kind :
        {ShapeResidualKind::kAlignedWindows, ShapeResidualKind::kLocalDistances}) {
     for (const FoldTruth& truth : {kTruth, FoldTruth{1.1, 0.5, 0.2}, FoldTruth{0.7, 3, 2}}) {
-      FoldFitOptions options;
+      FoldFitOptions options = Patient();
       options.residual.kind = kind;
       const auto fit = FitFold(Trials(2, Short(), truth, LateOnly(), kNoiseless), options);
       ASSERT_TRUE(fit.ok()) << fit.error().message;
@@ -71,7 +82,7 @@ TEST(FitFold, RecoversExactShapesWhateverTheLag) {
 TEST(FitFold, FindsALagPerTentacleWhenTheCommandNeverStandsStill) {
   test::Perturbation late = kExactly;
   late.delay = 0.5;
-  const auto fit = FitFold(Trials(2, Short(), kTruth, late, kNoiseless, {.tentacles = 2, .duration = 9.9}));
+  const auto fit = Fit(Trials(2, Short(), kTruth, late, kNoiseless, {.tentacles = 2, .duration = 9.9}));
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   ExpectTruth(fit.value(), kTruth, 1e-7);
 }
@@ -80,7 +91,7 @@ TEST(FitFold, ClosedCreasesAreNoObstacle) {
   TentacleDesign design = Short();
   design.closed_angle = 0.8;  // reach .30: many creases close
   const auto fit =
-      FitFold(Trials(2, design, {0.95, 1.2, 1.1}, kExactly, kNoiseless, {.tentacles = 2, .pull = 0.25}));
+      Fit(Trials(2, design, {0.95, 1.2, 1.1}, kExactly, kNoiseless, {.tentacles = 2, .pull = 0.25}));
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   ExpectTruth(fit.value(), {0.95, 1.2, 1.1}, 1e-7);
 }
@@ -89,7 +100,7 @@ TEST(FitFold, NamesTheExponentWithoutTaper) {
   TentacleDesign design = Short();
   design.taper = 1;
   design.stiffness_exponent = 1.7;
-  const auto fit = FitFold(Trials(2, design, {0.93, 1.4, 1.7}, {}, {}));
+  const auto fit = Fit(Trials(2, design, {0.93, 1.4, 1.7}, {}, {}));
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   const FittedParameter& exponent = fit.value().parameters[2];
   EXPECT_FALSE(exponent.identified);
@@ -103,7 +114,7 @@ TEST(FitFold, NamesTheExponentWithoutTaper) {
 }
 
 TEST(FitFold, NamesEverythingAtPullZero) {
-  const auto fit = FitFold(Trials(3, Short(), kTruth, {}, {}, {.tentacles = 1, .duration = 0}));
+  const auto fit = Fit(Trials(3, Short(), kTruth, {}, {}, {.tentacles = 1, .duration = 0}));
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   for (const FittedParameter& p : fit.value().parameters) {
     EXPECT_FALSE(p.identified) << p.name;
@@ -114,7 +125,7 @@ TEST(FitFold, NamesEverythingAtPullZero) {
 TEST(FitFold, NamesThePullWhenLagsHideIt) {
   auto observations = Trials(3, Short(), kTruth, {}, {}, {.tentacles = 1});
   for (FoldObservation& o : observations) o.settled_for = o.steady_for = 0;
-  const auto fit = FitFold(observations);
+  const auto fit = Fit(observations);
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   EXPECT_FALSE(fit.value().parameters[0].identified);
   EXPECT_THAT(fit.value().parameters[0].why, HasSubstr("lag"));
@@ -126,7 +137,7 @@ TEST(FitFold, NamesTheRatioOfASingleCrease) {
   design.length = 0.03;
   design.holes = 2;
   auto observations = Trials(3, design, {0.9, 1, 1}, kExactly, kNoiseless, {.tentacles = 1});
-  const auto fit = FitFold(observations);
+  const auto fit = Fit(observations);
   ASSERT_FALSE(fit.ok());  // two nodes have no shape but a length
   EXPECT_THAT(fit.error().message, HasSubstr("2 of 2 nodes seen; 6 are needed"));
 }
@@ -139,7 +150,7 @@ TEST(FitFold, SaturationLeavesNothingToTell) {
       Trials(3, design, {1, 1, 1}, kExactly, kNoiseless,
              {.tentacles = 1, .pull = reach * (1 - 1e-9), .pull_rate = 0.1, .duration = 13.2});
   std::erase_if(observations, [](const FoldObservation& o) { return o.time < 10; });
-  const auto fit = FitFold(observations);
+  const auto fit = Fit(observations);
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   EXPECT_FALSE(fit.value().parameters[1].identified);
   EXPECT_FALSE(fit.value().parameters[2].identified);
@@ -154,7 +165,7 @@ TEST(FitFold, LeavesOutFramesThatNoFoldExplains) {
           Eigen::Vector3d(test::Normal(random, 0.05), test::Normal(random, 0.05), 0);
     }
   }
-  const auto fit = FitFold(observations);
+  const auto fit = Fit(observations);
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   ExpectTruth(fit.value(), kTruth, 1e-7);
   ASSERT_EQ(fit.value().left_out.size(), 2U);
@@ -165,8 +176,10 @@ TEST(FitFold, LeavesOutFramesThatNoFoldExplains) {
 
 TEST(FitFold, ASingleWildNodeHardlyMatters) {
   auto observations = Trials(3, Short(), kTruth, LateOnly(), kNoiseless);
-  for (FoldObservation& o : observations) o.curve.points.col(7) += Eigen::Vector3d(0.02, -0.01, 0.01);
-  const auto fit = FitFold(observations);
+  for (std::size_t i = 0; i < observations.size(); i += 4) {
+    observations[i].curve.points.col(7) += Eigen::Vector3d(0.02, -0.01, 0.01);
+  }
+  const auto fit = Fit(observations);
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   ExpectTruth(fit.value(), kTruth, 0.02);
 }
@@ -184,7 +197,7 @@ TEST(FitFold, InterpolatedAndUnseenNodesDoNotCount) {
     if (i == 3) o.commanded_pull = std::nan("");
     if (i == 4) o.commanded_pull = 2;
   }
-  const auto fit = FitFold(observations);
+  const auto fit = Fit(observations);
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   ExpectTruth(fit.value(), kTruth, 1e-7);
   ASSERT_EQ(fit.value().left_out.size(), 3U);
@@ -194,7 +207,7 @@ TEST(FitFold, InterpolatedAndUnseenNodesDoNotCount) {
 }
 
 TEST(FitFold, OneTrialSaysThatItsErrorsAreTooSmall) {
-  const auto fit = FitFold(Trials(1, Short(), kTruth, {}, {}));
+  const auto fit = Fit(Trials(1, Short(), kTruth, {}, {}));
   ASSERT_TRUE(fit.ok()) << fit.error().message;
   EXPECT_FALSE(fit.value().clustered);
   EXPECT_EQ(fit.value().trials, 1);
@@ -203,19 +216,19 @@ TEST(FitFold, OneTrialSaysThatItsErrorsAreTooSmall) {
 }
 
 TEST(FitFold, BadCallsSayWhatTheyNeed) {
-  EXPECT_THAT(FitFold({}).error().message, HasSubstr("no observed curves"));
+  EXPECT_THAT(Fit({}).error().message, HasSubstr("no observed curves"));
   auto observations = Trials(1, Short(), kTruth, kExactly, kNoiseless);
   observations[1].curve.points.resize(3, 5);
-  const auto wrong = FitFold(observations);
+  const auto wrong = Fit(observations);
   ASSERT_FALSE(wrong.ok());
   EXPECT_EQ(wrong.error().kind, ErrorKind::kBadInput);
   EXPECT_THAT(wrong.error().message, HasSubstr("5 nodes; expected one per hole of its design, 21"));
 
-  FoldFitOptions options;
+  FoldFitOptions options = Patient();
   options.huber = 0;
   EXPECT_THAT(FitFold(Trials(1, Short(), kTruth, kExactly, kNoiseless), options).error().message,
               HasSubstr("huber"));
-  options = {};
+  options = Patient();
   options.residual.model_error = std::nan("");
   EXPECT_THAT(FitFold(Trials(1, Short(), kTruth, kExactly, kNoiseless), options).error().message,
               HasSubstr("model_error"));
@@ -238,9 +251,9 @@ TEST(FitFold, ScalesWithTheTentacle) {
     o.curve.points *= 100;
     o.sigma *= 100;
   }
-  FoldFitOptions options;
+  FoldFitOptions options = Patient();
   options.residual.model_error *= 100;
-  const auto a = FitFold(plain);
+  const auto a = Fit(plain);
   const auto b = FitFold(large, options);
   ASSERT_TRUE(a.ok() && b.ok());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -253,12 +266,12 @@ TEST(FitFold, ScalesWithTheTentacle) {
 // trials weigh alike. Another route to the same number.
 TEST(FitFold, ClusteredErrorsAgreeWithTheSpreadOfFitsTrialByTrial) {
   const int trials = 10;
-  const auto together = FitFold(Trials(trials, Short(), kTruth, {}, {}));
+  const auto together = Fit(Trials(trials, Short(), kTruth, {}, {}));
   ASSERT_TRUE(together.ok());
   Eigen::MatrixXd apart(trials, 3);
   for (int trial = 0; trial < trials; ++trial) {
     const auto one =
-        FitFold(Trials(1, Short(), kTruth, {}, {}, {.tentacles = 2}, 1 + static_cast<std::uint64_t>(trial)));
+        Fit(Trials(1, Short(), kTruth, {}, {}, {.tentacles = 2}, 1 + static_cast<std::uint64_t>(trial)));
     ASSERT_TRUE(one.ok());
     for (int i = 0; i < 3; ++i) apart(trial, i) = one.value().parameters[static_cast<std::size_t>(i)].value;
   }
@@ -273,7 +286,7 @@ TEST(FitFold, ClusteredErrorsAgreeWithTheSpreadOfFitsTrialByTrial) {
 
 TEST(FitFold, ConfidenceWidensTheInterval) {
   const auto observations = Trials(4, Short(), kTruth, {}, {});
-  FoldFitOptions options;
+  FoldFitOptions options = Patient();
   options.confidence = 0.99;
   const auto fit = FitFold(observations, options);
   ASSERT_TRUE(fit.ok());

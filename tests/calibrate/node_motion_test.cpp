@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -183,6 +184,32 @@ TEST(ResidualOf, CostGradientAgreesWithCentralDifferences) {
   }
 }
 
+TEST(ResidualOf, SlopesOfDistancesWithScatterAgreeWithCentralDifferences) {
+  std::mt19937_64 random(23);
+  for (const int creases : {1, 3}) {
+    ShapeResidualOptions options;
+    options.creases = creases;
+    const TentacleDesign design = RandomDesign(random);
+    const TentacleLayout layout = LayOut(design).value();
+    const auto residual = [&](const std::array<double, 5>& at, const SeenNodes& seen) {
+      return ResidualOf(MoveNodes(layout, FoldAt(design, layout, at[0], at[1], at[2]).value()), seen, options,
+                        {at[3], at[4]});
+    };
+    const std::array<double, 5> at = {0.2, 0.3, 1.2, 0.8, -0.4};
+    const SeenNodes seen = Noisy(MoveNodes(layout, FoldAt(design, layout, 0.22, 0, 1).value()).nodes, random);
+    const ShapeResidual here = residual(at, seen);
+    for (std::size_t k = 0; k < 5; ++k) {
+      std::array<double, 5> low = at, high = at;
+      low[k] -= 1e-6;
+      high[k] += 1e-6;
+      const Eigen::VectorXd numeric = (residual(high, seen).value - residual(low, seen).value) / 2e-6;
+      EXPECT_LT((numeric - here.slope.col(static_cast<Eigen::Index>(k))).cwiseAbs().maxCoeff(),
+                1e-6 * (1 + numeric.cwiseAbs().maxCoeff()))
+          << "direction " << k;
+    }
+  }
+}
+
 TEST(ResidualOf, DoesNotSeeThePose) {
   std::mt19937_64 random(19);
   const TentacleDesign design;
@@ -190,10 +217,14 @@ TEST(ResidualOf, DoesNotSeeThePose) {
   const NodeMotion model = MoveNodes(layout, FoldAt(design, layout, 0.3, 0, 1).value());
   for (const double far : {0.0, 1e6}) {  // a million metres costs digits, not sense
     SeenNodes seen = Noisy(model.nodes, random);
-    const Eigen::VectorXd before = ResidualOf(model, seen, {}).value;
+    const Eigen::VectorXd distances = ResidualOf(model, seen, {}).value;
+    ShapeResidualOptions windows;
+    windows.kind = ShapeResidualKind::kAlignedWindows;
+    const Eigen::VectorXd before = ResidualOf(model, seen, windows).value;
     const Eigen::Matrix3d turn = Eigen::Quaterniond(0.5, -0.2, 0.3, 0.1).normalized().toRotationMatrix();
     seen.points = (turn * seen.points).colwise() + Eigen::Vector3d(far, 0, far);
-    const Eigen::VectorXd after = ResidualOf(model, seen, {}).value;
+    EXPECT_LT((ResidualOf(model, seen, {}).value - distances).cwiseAbs().maxCoeff(), far == 0 ? 1e-9 : 1e-4);
+    const Eigen::VectorXd after = ResidualOf(model, seen, windows).value;
     // Components turn with the pose; their lengths per node do not.
     for (Eigen::Index i = 0; i < before.size(); i += 3) {
       EXPECT_NEAR(before.segment<3>(i).norm(), after.segment<3>(i).norm(), far == 0 ? 1e-9 : 1e-4);
@@ -211,9 +242,14 @@ TEST(ResidualOf, AStraightTentacleIsFinite) {
   seen.sigma.setZero(49);
   const NodeMotion bent = MoveNodes(layout, FoldAt(design, layout, 0.2, 0, 1).value());
   for (const NodeMotion& model : {flat, bent}) {
-    const ShapeResidual residual = ResidualOf(model, seen, {});
-    EXPECT_TRUE(residual.value.allFinite());
-    EXPECT_TRUE(residual.slope.allFinite());
+    for (const ShapeResidualKind kind :
+         {ShapeResidualKind::kAlignedWindows, ShapeResidualKind::kLocalDistances}) {
+      ShapeResidualOptions options;
+      options.kind = kind;
+      const ShapeResidual residual = ResidualOf(model, seen, options);
+      EXPECT_TRUE(residual.value.allFinite());
+      EXPECT_TRUE(residual.slope.allFinite());
+    }
   }
 }
 

@@ -147,6 +147,34 @@ inline Eigen::Matrix3Xd HolesAt(const PerturbedTentacle& t, double pull) {
   return holes;
 }
 
+// What a tracker would report of these holes.
+inline void Observe(const Eigen::Matrix3Xd& holes, const TrackerNoise& noise, Random& random,
+                    FoldObservation& o) {
+  const Eigen::Index n = holes.cols();
+  o.curve.points = holes;
+  o.sigma.setConstant(n, std::max(1e-6, std::hypot(noise.alone, noise.along)));
+  o.interpolated.setZero(n);
+  const double keep = std::exp(-1 / noise.reach);
+  Eigen::Vector3d drift(Normal(random, noise.along), Normal(random, noise.along),
+                        Normal(random, noise.along));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double step = noise.along * std::sqrt(1 - keep * keep);
+    drift = keep * drift + Eigen::Vector3d(Normal(random, step), Normal(random, step), Normal(random, step));
+    o.curve.points.col(i) += drift + Eigen::Vector3d(Normal(random, noise.alone), Normal(random, noise.alone),
+                                                     Normal(random, noise.alone));
+    const double lot = Uniform(random, 0, 1);
+    if (lot < noise.bridged) {
+      o.interpolated[i] = 1;
+      o.curve.points.col(i) +=
+          Eigen::Vector3d(Normal(random, 1e-3), Normal(random, 1e-3), Normal(random, 1e-3));
+      o.sigma[i] = 1e-3;
+    } else if (lot < noise.bridged + noise.unseen) {
+      o.curve.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+      o.sigma[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+}
+
 // A trial as a tracker would report it: pull ramps up and then stands still.
 inline void AddTrial(const std::string& name, const TentacleDesign& design, const FoldTruth& truth,
                      const TrialPlan& plan, const Perturbation& how, const TrackerNoise& noise,
@@ -176,31 +204,7 @@ inline void AddTrial(const std::string& name, const TentacleDesign& design, cons
       o.steady_for = o.time > ramp_end ? o.time - ramp_end : frame == 0 ? 1e9 : o.time;
       const double pull = truth.pull_scale * std::clamp(rate * (o.time - delay), 0.0, plan.pull);
       const Eigen::Matrix3Xd holes = (lab_turn * HolesAt(shape, pull)).colwise() + lab_place;
-      const Eigen::Index n = holes.cols();
-      o.curve.points = holes;
-      o.sigma.setConstant(n, std::max(1e-6, std::hypot(noise.alone, noise.along)));
-      o.interpolated.setZero(n);
-      const double keep = std::exp(-1 / noise.reach);
-      Eigen::Vector3d drift(Normal(random, noise.along), Normal(random, noise.along),
-                            Normal(random, noise.along));
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const double step = noise.along * std::sqrt(1 - keep * keep);
-        drift =
-            keep * drift + Eigen::Vector3d(Normal(random, step), Normal(random, step), Normal(random, step));
-        o.curve.points.col(i) +=
-            drift + Eigen::Vector3d(Normal(random, noise.alone), Normal(random, noise.alone),
-                                    Normal(random, noise.alone));
-        const double lot = Uniform(random, 0, 1);
-        if (lot < noise.bridged) {
-          o.interpolated[i] = 1;
-          o.curve.points.col(i) +=
-              Eigen::Vector3d(Normal(random, 1e-3), Normal(random, 1e-3), Normal(random, 1e-3));
-          o.sigma[i] = 1e-3;
-        } else if (lot < noise.bridged + noise.unseen) {
-          o.curve.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-          o.sigma[i] = std::numeric_limits<double>::quiet_NaN();
-        }
-      }
+      Observe(holes, noise, random, o);
       observations.push_back(o);
     }
   }
