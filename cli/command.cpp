@@ -92,7 +92,13 @@ int Main(int argc, const char* const* argv) {
   CLI::App root{"Experiments with grippers of tendon-driven origami tentacles, from video to success rates."};
   root.set_version_flag("--version", TENDRIL_VERSION);
   root.require_subcommand(1);
-  root.failure_message(CLI::FailureMessage::simple);
+  root.failure_message([](const CLI::App*, const CLI::Error& error) {
+    std::string what = error.what();
+    // CLI11 states "positive" as a range up to the largest double, in 309 digits.
+    const size_t huge = what.find(" not in range 0.000000 to 1797");
+    if (huge != std::string::npos) what.replace(huge, std::string::npos, ": expected a number above 0");
+    return fmt::format("tendril: error: {} (--help shows how to call it)\n", what);
+  });
 
   std::vector<Command> commands = AllCommands();
   std::vector<std::pair<CLI::App*, Command*>> declared;
