@@ -4,14 +4,17 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <optional>
 
 #include "cli/commands.h"
 #include "cli/exit_code.h"
+#include "db/files/nearest_name.h"
 
 namespace tendril::cli {
 namespace {
@@ -113,6 +116,22 @@ int Main(int argc, const char* const* argv) {
   }
   for (const auto& [group, help] : kGroupHelp) {
     if (CLI::App* app = Child(root, group)) app->description(help);
+  }
+
+  // CLI11 would only say that a subcommand is required.
+  const CLI::App* at = &root;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    std::vector<std::string> names;
+    for (const CLI::App* app : at->get_subcommands({})) names.push_back(app->get_name());
+    if (names.empty()) break;
+    const auto known = std::find(names.begin(), names.end(), argv[i]);
+    if (known == names.end()) {
+      const std::optional<std::string> near = NearestName(argv[i], names);
+      spdlog::error("there is no command '{}'{} (--help lists them)", argv[i],
+                    near ? "; did you mean '" + *near + "'?" : "");
+      return 2;
+    }
+    at = at->get_subcommand(*known);
   }
 
   try {
