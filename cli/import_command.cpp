@@ -92,6 +92,14 @@ Result<PlanarChainOptions> PlaneOf(const ImportCall& call, const Recording& reco
                                    double* scale_m_per_px) {
   PlanarChainOptions options{.chain = call.chain, .sigma_px = call.sigma_px, .plane_of_pixel = {}};
   *scale_m_per_px = NAN;
+  const std::pair<const char*, double> not_negative[] = {{"--scale-mm-per-px", call.scale_mm_per_px},
+                                                         {"--spacing-mm", call.spacing_mm},
+                                                         {"--sigma-px", call.sigma_px}};
+  for (const auto& [name, value] : not_negative) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      return Bad(fmt::format("{} is {}; expected more than 0", name, value));
+    }
+  }
   const int ways =
       (recording.rig ? 1 : 0) + (call.scale_mm_per_px > 0 ? 1 : 0) + (call.spacing_mm > 0 ? 1 : 0);
   if (ways != 1) {
@@ -333,18 +341,16 @@ Command MakeTrialsImportCommand() {
                            "tag ids from base to tip of one limb seen side-on (numbers)")
                 ->delimiter(',');
             app.add_option("--rig", call->rig, "rig file; its first camera sees the plane y = 0 (TOML)");
-            app.add_option("--scale-mm-per-px", call->scale_mm_per_px, "scale in the limb's plane, mm per px")
-                ->check(CLI::PositiveNumber);
+            app.add_option("--scale-mm-per-px", call->scale_mm_per_px,
+                           "scale in the limb's plane, mm per px");
             app.add_option("--spacing-mm", call->spacing_mm,
-                           "distance of neighbouring tags, mm: the scale is this over its median in px")
-                ->check(CLI::PositiveNumber);
+                           "distance of neighbouring tags, mm: the scale is this over its median in px");
             app.add_option("--origin-px", call->origin_px,
                            "pixel that is the lab's origin, x,y in px; else where the first tag first was")
                 ->delimiter(',')
                 ->expected(2);
             app.add_option("--sigma-px", call->sigma_px, "standard deviation of a tag's centre, px")
-                ->capture_default_str()
-                ->check(CLI::PositiveNumber);
+                ->capture_default_str();
             app.add_option("--design", call->design, "design file of the limb, if it is a tentacle (TOML)");
             app.add_option("--notes", call->notes, "what to know about the trial (text)");
           },

@@ -19,18 +19,25 @@ TEST(RealMultiCameraStream, TriangulatesTagsThatAreFixedToEachOther) {
   ASSERT_EQ(stream.views.size(), 61619u);
   constexpr double kBorder = 0.125;  // tagslam.yaml
 
-  const auto rig =
-      FitRigFromTags(stream.cameras, Half(stream.views, 0), {.border = kBorder, .most_tags = 1000});
+  // Pictures of equal stamp lie up to half a frame apart (the report shows it), so the rig is fitted to what
+  // hardly moves. The odd stamps are new to it.
+  const auto slow = testing_support::Between(testing_support::Moving(stream.views), 0, 2.5);
+  const auto rig = FitRigFromTags(stream.cameras, Half(slow, 0), {.border = kBorder});
   ASSERT_TRUE(rig.ok()) << rig.error().message;
+  EXPECT_TRUE(rig.value().converged) << rig.value().stopped_because;
 
-  // The odd stamps are new to the rig.
-  const auto unseen = Report(rig.value().cameras, Half(stream.views, 1), kBorder);
-  EXPECT_LT(unseen.residual_px.At(0.5), 1.5);
-  EXPECT_LT(unseen.residual_px.At(0.9), 4.0);
+  const auto unseen = Report(rig.value().cameras, Half(slow, 1), kBorder);
+  EXPECT_GT(unseen.tags, 300);
+  EXPECT_LT(unseen.residual_px.At(0.5), 0.35);
+  EXPECT_LT(unseen.residual_px.At(0.9), 0.9);
+  EXPECT_LT(std::abs(unseen.side_error.At(0.5)), 0.001);
+  EXPECT_LT(unseen.distance_std.At(0.5), 0.008);
+
   const auto all = Report(rig.value().cameras, stream.views, kBorder);
-  EXPECT_GE(all.stamps, 1300);
-  EXPECT_LT(std::abs(all.side_error.At(0.5)), 0.002);
-  EXPECT_LT(all.distance_std.At(0.5), 0.03);
+  EXPECT_GE(all.stamps, 1330);
+  EXPECT_EQ(all.refused, 0);
+  EXPECT_LT(all.residual_px.At(0.5), 1.5);
+  EXPECT_LT(all.residual_px.At(0.9), 4);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "calibrate/rig_from_tags.h"
@@ -143,6 +144,48 @@ inline MultiCameraReport Report(const std::vector<Camera>& cameras, const std::v
     report.distance_mean.values.push_back(mean);
   }
   return report;
+}
+
+// A view with the velocity of its corners, from the same camera's pictures just before and after.
+struct MovingView {
+  TagView view;
+  Eigen::Matrix<double, 2, 4> velocity;  // px/s
+  double px_per_frame = 0;               // mean over the corners
+};
+
+inline std::vector<MovingView> Moving(const std::vector<TagView>& views) {
+  std::map<std::tuple<int, int, std::int64_t>, const TagView*> at;
+  std::set<std::int64_t> stamps;
+  for (const TagView& view : views) {
+    at[{view.camera, view.tag, view.stamp}] = &view;
+    stamps.insert(view.stamp);
+  }
+  std::vector<MovingView> moving;
+  for (const TagView& view : views) {
+    const auto here = stamps.find(view.stamp);
+    if (here == stamps.begin() || std::next(here) == stamps.end()) continue;
+    const std::int64_t before = *std::prev(here);
+    const std::int64_t after = *std::next(here);
+    if (after - before > 80'000'000) continue;  // pictures are missing between
+    const auto a = at.find({view.camera, view.tag, before});
+    const auto b = at.find({view.camera, view.tag, after});
+    if (a == at.end() || b == at.end()) continue;
+    MovingView m{
+        view, (b->second->corners_px - a->second->corners_px) / (1e-9 * static_cast<double>(after - before)),
+        0};
+    m.px_per_frame = m.velocity.colwise().norm().mean() * 0.5e-9 * static_cast<double>(after - before);
+    moving.push_back(m);
+  }
+  return moving;
+}
+
+// The views whose corners move by less than `fastest` and at least `slowest` px from picture to picture.
+inline std::vector<TagView> Between(const std::vector<MovingView>& moving, double slowest, double fastest) {
+  std::vector<TagView> some;
+  for (const MovingView& m : moving) {
+    if (m.px_per_frame >= slowest && m.px_per_frame < fastest) some.push_back(m.view);
+  }
+  return some;
 }
 
 // Every second stamp, by rank: the rig is fitted to the even ones, the odd ones are new to it.
