@@ -30,11 +30,12 @@ struct Case {
   TruthRanges ranges;
   TrackerNoise noise;
   TrialPlan plan;
+  TentacleDesign design;
   bool own_shapes = false;  // the tests' generator in place of the virtual rig's
 };
 
 std::vector<Case> Cases() {
-  const Case all{"everything", {}, {}, {}};
+  const Case all{"everything", {}, {}, {}, {}};
   std::vector<Case> cases{all};
   const auto add = [&](const char* name, const auto& change) {
     cases.push_back(all);
@@ -58,6 +59,7 @@ std::vector<Case> Cases() {
     c.noise.alone *= 2;
     c.noise.along *= 2;
   });
+  add("creases at 90 deg", [](Case& c) { c.design.beta = c.design.alpha; });
   add("the tests' own shapes", [](Case& c) { c.own_shapes = true; });
   return cases;
 }
@@ -67,7 +69,7 @@ void AddRigTrial(const std::string& name, const FoldTruth& truth, const Case& on
   Gripper gripper;
   gripper.tentacles = one.plan.tentacles;
   const VirtualTruth drawn =
-      DrawTruth({}, gripper, {truth.pull_scale, truth.stiffness_ratio, truth.stiffness_exponent},
+      DrawTruth(one.design, gripper, {truth.pull_scale, truth.stiffness_ratio, truth.stiffness_exponent},
                 {one.plan.pull, one.plan.pull_rate}, {}, one.ranges, random)
           .value();
   const double ramp_end = one.plan.pull / one.plan.pull_rate;
@@ -81,7 +83,7 @@ void AddRigTrial(const std::string& name, const FoldTruth& truth, const Case& on
     const TrueShape shape = TrueShapeAt(drawn, o.time).value();
     for (int tentacle = 0; tentacle < one.plan.tentacles; ++tentacle) {
       o.tentacle = tentacle;
-      o.design = DesignOfTentacle(gripper, {}, tentacle);
+      o.design = DesignOfTentacle(gripper, one.design, tentacle);
       Observe(shape.tentacles[static_cast<std::size_t>(tentacle)].centerline.points, one.noise, random, o);
       observations.push_back(o);
     }
@@ -113,7 +115,7 @@ void Run(const Case& one, const Residual& residual, const FoldTruth& truth, int 
       Random random(first_seed + static_cast<std::uint64_t>(1000 * study + trial));
       const std::string name = fmt::format("t{}", trial);
       if (one.own_shapes) {
-        AddTrial(name, {}, truth, one.plan, {}, one.noise, random, observations);
+        AddTrial(name, one.design, truth, one.plan, {}, one.noise, random, observations);
       } else {
         AddRigTrial(name, truth, one, random, observations);
       }
