@@ -6,7 +6,7 @@ function(tendril_target name)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   if(TENDRIL_SANITIZE)
     target_compile_options(${name} PUBLIC -fsanitize=${TENDRIL_SANITIZE} -fno-sanitize-recover=all
-                                          -fno-omit-frame-pointer -O1)
+                                          -fno-omit-frame-pointer)
     target_link_options(${name} PUBLIC -fsanitize=${TENDRIL_SANITIZE})
   endif()
 endfunction()
