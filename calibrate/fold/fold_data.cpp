@@ -2,23 +2,17 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <limits>
-#include <map>
 #include <optional>
 #include <set>
 
+#include "capture/record/pull_log.h"
 #include "db/files/curve_files.h"
 #include "db/files/safe_file.h"
 #include "model/fold/gripper.h"
 
 namespace tendril {
 namespace {
-
-constexpr double kLogEnd = 0.5;          // s that a log's last command is taken to hold
-constexpr double kPullTolerance = 1e-9;  // below any servo's resolution
 
 std::optional<int> TentacleOf(const std::string& name) {
   constexpr std::string_view kPrefix = "tentacle";
@@ -30,60 +24,7 @@ std::optional<int> TentacleOf(const std::string& name) {
   return number;
 }
 
-double RateBefore(const CommandLog& log, Eigen::Index row) {
-  return (log.pull[row] - log.pull[row - 1]) / (log.time[row] - log.time[row - 1]);
-}
-
 }  // namespace
-
-CommandLog CommandsOf(std::span<const ServoRow> rows, int servo, std::int64_t started_ns) {
-  std::map<double, double> by_time;
-  for (const ServoRow& row : rows) {
-    if (row.servo == servo && row.command) {
-      by_time[1e-9 * static_cast<double>(row.host_ns - started_ns)] = *row.command;
-    }
-  }
-  CommandLog log;
-  log.time.resize(static_cast<Eigen::Index>(by_time.size()));
-  log.pull.resize(log.time.size());
-  Eigen::Index i = 0;
-  for (const auto& [time, pull] : by_time) {
-    log.time[i] = time;
-    log.pull[i++] = pull;
-  }
-  return log;
-}
-
-CommandState StateAt(const CommandLog& log, double time) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kAlways = std::numeric_limits<double>::infinity();
-  const Eigen::Index rows = log.time.size();
-  if (rows == 0 || !(time <= log.time[rows - 1] + kLogEnd)) return {kNaN, 0, 0};
-  const bool rest_before = log.pull[0] == 0;
-  if (time < log.time[0]) return rest_before ? CommandState{0, kAlways, kAlways} : CommandState{kNaN, 0, 0};
-
-  const double* const begin = log.time.data();
-  // Rows before `next` are at or before the time asked for.
-  const Eigen::Index next = std::upper_bound(begin, begin + rows, time) - begin;
-  CommandState state;
-  state.pull = log.pull[next - 1];
-  double rate = 0;
-  if (next < rows) {
-    rate = RateBefore(log, next);
-    state.pull += rate * (time - log.time[next - 1]);
-  }
-  const double before = rest_before ? kAlways : time - log.time[0];
-
-  Eigen::Index row = next;  // the earliest row whose command is still this one
-  while (row > 0 && std::abs(log.pull[row - 1] - state.pull) <= kPullTolerance) --row;
-  state.settled_for = row == 0 ? before : row == next ? 0 : time - log.time[row];
-
-  row = next - 1;  // the earliest row from which the rate is still this one
-  while (row > 0 && std::abs(RateBefore(log, row) - rate) <= 0.05 * std::abs(rate) + 1e-4) --row;
-  const bool at_rest = std::abs(rate) <= 1e-4;
-  state.steady_for = row == 0 && at_rest ? before : time - log.time[row];
-  return state;
-}
 
 Result<FoldData> LoadFoldData(const std::filesystem::path& trial_folder) {
   FoldData data;

@@ -1,8 +1,9 @@
 #pragma once
 // Recorded pictures as Matroska files: 8-bit gray, FFV1 (lossless, a checksum per slice), one time per frame.
 //
-// Written and read through libav itself: OpenCV's writer turns gray into YUV 4:2:0 of limited range and loses
-// levels. The reader also takes other videos (any codec of libav's) and gives their brightness.
+// Written and read through libav itself: OpenCV's writer leaves the pixel format, the checksums and a time
+// per frame to the codec's wrapper. The reader also takes other videos (any codec of libav's) and gives their
+// brightness.
 
 #include <cstdint>
 #include <filesystem>

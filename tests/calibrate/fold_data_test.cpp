@@ -1,70 +1,23 @@
-// calibrate/fold/fold_data.h: the state of a command from its log; from a trial's files to the parameters.
+// calibrate/fold/fold_data.h: from a trial's files to the parameters.
 #include "calibrate/fold/fold_data.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 
 #include "db/files/curve_files.h"
 #include "tests/support/perturbed_tentacle.h"
+#include "tests/support/servo_log.h"
 
 namespace tendril {
 namespace {
 
+using test::kLogStart;
+using test::RampLog;
 using ::testing::HasSubstr;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::int64_t kStart = 1'700'000'000'000'000'000;
-
-// A command that rests 1 s, rises at 0.1 per s for 2 s, then holds until 5 s; ten rows a second.
-std::vector<ServoRow> Log(int servo, double late = 0) {
-  std::vector<ServoRow> rows;
-  for (int i = 0; i <= 50; ++i) {
-    ServoRow row;
-    row.host_ns = kStart + std::int64_t{100'000'000} * i;
-    row.servo = servo;
-    row.command = std::clamp(0.1 * (0.1 * i - 1 - late), 0.0, 0.2);
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-TEST(StateAt, FollowsRestRampAndHold) {
-  const CommandLog log = CommandsOf(Log(3), 3, kStart);
-  ASSERT_EQ(log.time.size(), 51);
-  const CommandState rest = StateAt(log, 0.55);
-  EXPECT_EQ(rest.pull, 0);
-  EXPECT_EQ(rest.settled_for, kInfinity);
-  EXPECT_EQ(rest.steady_for, kInfinity);
-  EXPECT_EQ(StateAt(log, -3).pull, 0);
-  EXPECT_EQ(StateAt(log, -3).settled_for, kInfinity);
-
-  const CommandState ramp = StateAt(log, 2.25);
-  EXPECT_NEAR(ramp.pull, 0.125, 1e-9);
-  EXPECT_EQ(ramp.settled_for, 0);
-  EXPECT_NEAR(ramp.steady_for, 1.25, 0.11);
-
-  const CommandState hold = StateAt(log, 4.25);
-  EXPECT_NEAR(hold.pull, 0.2, 1e-12);
-  EXPECT_NEAR(hold.settled_for, 1.25, 0.11);
-  EXPECT_NEAR(hold.steady_for, 1.25, 0.11);
-
-  EXPECT_NEAR(StateAt(log, 5.4).pull, 0.2, 1e-12);
-  EXPECT_TRUE(std::isnan(StateAt(log, 6).pull));
-  EXPECT_TRUE(std::isnan(StateAt(CommandsOf(Log(3), 4, kStart), 1).pull));
-}
-
-TEST(StateAt, ALogThatBeginsPulledSaysOnlyWhatItSaw) {
-  std::vector<ServoRow> rows = Log(0);
-  rows.erase(rows.begin(), rows.begin() + 40);
-  const CommandLog log = CommandsOf(rows, 0, kStart);
-  EXPECT_NEAR(StateAt(log, 4.7).settled_for, 0.7, 1e-6);
-  EXPECT_TRUE(std::isnan(StateAt(log, 3).pull));
-}
 
 class LoadFoldDataTest : public ::testing::Test {
  protected:
@@ -82,7 +35,7 @@ class LoadFoldDataTest : public ::testing::Test {
     trial.id = "0190-test";
     trial.label = "t-1";
     trial.kind = TrialKind::kVirtual;
-    trial.started_ns = kStart;
+    trial.started_ns = kLogStart;
     trial.design_name = "short";
     trial.design.length = 0.32;
     trial.design.holes = 21;
@@ -103,8 +56,8 @@ class LoadFoldDataTest : public ::testing::Test {
       }
     }
     ASSERT_TRUE(WriteCurves(folder_ / "curves.h5", curves, "test").ok());
-    std::vector<ServoRow> rows = Log(0);
-    for (const ServoRow& row : Log(1, 0.3)) rows.push_back(row);
+    std::vector<ServoRow> rows = RampLog(0);
+    for (const ServoRow& row : RampLog(1, 0.3)) rows.push_back(row);
     std::stable_sort(rows.begin(), rows.end(),
                      [](const ServoRow& a, const ServoRow& b) { return a.host_ns < b.host_ns; });
     ASSERT_TRUE(WriteServoLog(folder_ / "servo.csv", rows).ok());
@@ -152,7 +105,7 @@ TEST_F(LoadFoldDataTest, ForeignCurvesAndSilentServosAreNamed) {
   const auto data = LoadFoldData(folder_);
   ASSERT_TRUE(data.ok()) << data.error().message;
   EXPECT_THAT(data.value().warnings, ::testing::ElementsAre(HasSubstr("rope")));
-  std::vector<ServoRow> rows = Log(0);
+  std::vector<ServoRow> rows = RampLog(0);
   for (ServoRow& row : rows) row.command.reset();
   ASSERT_TRUE(WriteServoLog(folder_ / "servo.csv", rows).ok());
   EXPECT_THAT(LoadFoldData(folder_).error().message, HasSubstr("commanded pull"));
