@@ -16,7 +16,6 @@ namespace {
 using testing_support::CamerasAround;
 using testing_support::MakeTruth;
 using testing_support::Picture;
-using testing_support::PlanarDesign;
 using testing_support::Truth;
 
 struct Sum {

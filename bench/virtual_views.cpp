@@ -22,7 +22,7 @@ using tendril::Gripper;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-void Decode(apriltag_detector_t* detector, cv::Mat image, std::set<int>& ids) {
+void Decode(apriltag_detector_t* detector, const cv::Mat& image, std::set<int>& ids) {
   image_u8_t view = {image.cols, image.rows, static_cast<int>(image.step), image.data};
   zarray_t* found = apriltag_detector_detect(detector, &view);
   for (int i = 0; i < zarray_size(found); ++i) {

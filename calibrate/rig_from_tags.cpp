@@ -212,11 +212,15 @@ Result<RigFromTags> FitRigFromTags(std::vector<Camera> cameras, std::span<const 
   std::vector<Pose> camera_poses;
   for (const Camera& camera : cameras) camera_poses.push_back(Pose::Of(camera.camera_from_lab));
   std::vector<Pose> tag_poses(tags.size());
-  ceres::Problem problem;
+  // Shared by all residuals, so not the problem's to delete.
+  ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> poses;
+  ceres::HuberLoss robust(options.outlier_px);
+  ceres::Problem::Options shared;
+  shared.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  shared.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(shared);
   RigFromTags fit;
   const Eigen::Matrix<double, 3, 4> corners = TagCorners3d(options.border);
-  auto* poses = new ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
-  auto* robust = new ceres::HuberLoss(options.outlier_px);
   for (size_t i = 0; i < tags.size(); ++i) {
     const Shared& tag = tags[i];
     std::optional<Eigen::Isometry3d> start;
@@ -239,11 +243,11 @@ Result<RigFromTags> FitRigFromTags(std::vector<Camera> cameras, std::span<const 
       const auto c = static_cast<size_t>(view->camera);
       auto* cost = new ceres::AutoDiffCostFunction<CornersResidual, 8, 7, 7>(
           new CornersResidual{&cameras[c], view->corners_px, corners});
-      problem.AddResidualBlock(cost, robust, camera_poses[c].values.data(), tag_poses[i].values.data());
-      problem.SetManifold(camera_poses[c].values.data(), poses);
+      problem.AddResidualBlock(cost, &robust, camera_poses[c].values.data(), tag_poses[i].values.data());
+      problem.SetManifold(camera_poses[c].values.data(), &poses);
       ++fit.views;
     }
-    problem.SetManifold(tag_poses[i].values.data(), poses);
+    problem.SetManifold(tag_poses[i].values.data(), &poses);
     ++fit.tags;
   }
   if (!problem.HasParameterBlock(camera_poses[0].values.data())) {

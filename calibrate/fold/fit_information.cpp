@@ -49,7 +49,7 @@ SharedMatrix InverseOfFree(const SharedMatrix& matrix, const std::vector<int>& f
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(part);
   if (!(eigen.eigenvalues().minCoeff() > 1e-12)) return inverse;
-  const Eigen::MatrixXd turned = eigen.eigenvectors();
+  const Eigen::MatrixXd& turned = eigen.eigenvectors();
   const Eigen::MatrixXd inverted =
       turned * eigen.eigenvalues().cwiseInverse().asDiagonal() * turned.transpose();
   for (Eigen::Index a = 0; a < n; ++a) {

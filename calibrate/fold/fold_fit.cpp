@@ -15,7 +15,6 @@
 namespace tendril {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const char* const kNames[kShared] = {"pull_scale", "stiffness_ratio", "stiffness_exponent",
                                      "the scatter of the nodes", "the scatter of the creases"};
 

@@ -119,7 +119,7 @@ class ServoFileSource : public ServoSource {
     if (read_ == rows_.size()) return std::optional<ServoSample>();
     ServoSample sample;
     sample.row = rows_[read_++];
-    return std::optional<ServoSample>(std::move(sample));
+    return std::optional<ServoSample>(sample);
   }
   std::optional<std::int64_t> first_host_ns() const override {
     if (rows_.empty()) return std::nullopt;

@@ -85,7 +85,7 @@ class VirtualServoSource : public ServoSource {
       servo_ = 0;
       ++row_;
     }
-    return std::optional<ServoSample>(std::move(sample));
+    return std::optional<ServoSample>(sample);
   }
 
  private:

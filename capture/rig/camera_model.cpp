@@ -59,7 +59,7 @@ std::optional<Eigen::Vector2d> Newton(const Camera& camera, const Eigen::Vector2
 }
 
 std::optional<Eigen::Vector2d> UndistortBrown(const Camera& camera, const Eigen::Vector2d& wanted) {
-  if (const auto direct = Newton(camera, wanted, wanted); direct && BrownIsOneToOne(camera, *direct)) {
+  if (auto direct = Newton(camera, wanted, wanted); direct && BrownIsOneToOne(camera, *direct)) {
     return direct;
   }
   // Strong distortion: follow the solution outward from the axis, so that it stays on the branch that the

@@ -34,8 +34,8 @@ struct Camera {
 template <class T>
 Eigen::Vector2<T> Distort(const Camera& camera, const Eigen::Vector2<T>& undistorted) {
   const auto& k = camera.coefficients;
-  const T x = undistorted.x();
-  const T y = undistorted.y();
+  const T& x = undistorted.x();
+  const T& y = undistorted.y();
   switch (camera.distortion) {
     case Distortion::kNone:
       return undistorted;

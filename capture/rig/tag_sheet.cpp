@@ -95,8 +95,8 @@ Result<std::vector<std::string>> TagSheet(const TagLayout& layout, const TagShee
       const double side = 1e3 * tag.footprint;
       const double cell = margin + cell_width * static_cast<double>(on_page % static_cast<size_t>(columns));
       const double left = cell + 0.5 * (cell_width - side);
-      const double top =
-          margin + kHead + cell_height * static_cast<double>(on_page / static_cast<size_t>(columns));
+      const size_t row = on_page / static_cast<size_t>(columns);
+      const double top = margin + kHead + cell_height * static_cast<double>(row);
       // The outline to cut along lies just outside of the printed side.
       svg += fmt::format(
           "<rect x=\"{0:.4f}\" y=\"{1:.4f}\" width=\"{2:.4f}\" height=\"{2:.4f}\" fill=\"none\" "

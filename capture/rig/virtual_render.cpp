@@ -170,8 +170,8 @@ void DrawPatch(const RayGrid& rays, const Patch& patch, double hole_radius, Band
           const double v = m(1, 0) * sheet.x() + m(1, 1) * sheet.y() + m(1, 2);
           const int n = patch.tag->modules;
           if (u >= 0 && v >= 0 && u < n && v < n &&
-              patch.tag->white[static_cast<std::size_t>(static_cast<int>(v) * n + static_cast<int>(u))] ==
-                  0) {
+              patch.tag->white[static_cast<std::size_t>(v) * static_cast<std::size_t>(n) +
+                               static_cast<std::size_t>(u)] == 0) {
             value = patch.ink;
           }
         }

@@ -207,8 +207,8 @@ void AddSag(const TentacleTruth& truth, double thickness, const std::vector<True
 // Index of the strip that a point of the sheet at this z belongs to, within its facet.
 std::size_t StripAt(const TentacleLayout& layout, int facet, double z) {
   const std::array<double, 2> joints = JointsOfFacet(layout, facet);
-  const int within = z < joints[0] ? 0 : z < joints[1] ? 1 : 2;
-  return static_cast<std::size_t>(facet * kStripsPerFacet + within);
+  const std::size_t within = z < joints[0] ? 0 : z < joints[1] ? 1 : 2;
+  return static_cast<std::size_t>(facet) * kStripsPerFacet + within;
 }
 
 // d1 of the tendon segment across crease i: either facet's normal, turned half of the crease's way.

@@ -265,7 +265,7 @@ std::vector<std::vector<FacetCandidate>> CandidatesOfFacets(const ChainModel& mo
 std::vector<FacetState> StartOfChain(const ChainModel& model,
                                      const std::vector<std::vector<FacetCandidate>>& candidates,
                                      const ChainOptions& options, double doubt) {
-  const std::vector<FacetState> nominal = NominalChain(model);
+  std::vector<FacetState> nominal = NominalChain(model);
   std::vector<CreaseGeometry> creases;
   for (int i = 0; i < model.layout.crease_z.size(); ++i) creases.push_back(GeometryOfCrease(model.layout, i));
   std::vector<int> occupied;  // facets that have candidates

@@ -45,7 +45,7 @@ void Bend(const Eigen::Matrix2Xd& points, double* turning, double* length) {
 }  // namespace
 
 Eigen::Vector2d TagCenter(const Eigen::Matrix<double, 2, 4>& corners_px) {
-  const Eigen::Vector2d mean = corners_px.rowwise().mean();
+  Eigen::Vector2d mean = corners_px.rowwise().mean();
   const Eigen::Vector2d first = corners_px.col(2) - corners_px.col(0);
   const Eigen::Vector2d second = corners_px.col(3) - corners_px.col(1);
   const double sine = first.x() * second.y() - first.y() * second.x();
