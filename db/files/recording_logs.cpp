@@ -102,8 +102,8 @@ Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& fi
     row.tag = static_cast<int>(csv.Integer(2, 0, INT32_MAX));
     row.hamming = static_cast<int>(csv.Integer(3, 0, INT32_MAX));
     row.margin = csv.Number(4);
-    for (int corner = 0; corner < 4; ++corner) {
-      const auto column = static_cast<size_t>(5 + 2 * corner);
+    size_t column = 5;
+    for (int corner = 0; corner < 4; ++corner, column += 2) {
       row.corners_px(0, corner) = csv.Number(column);
       row.corners_px(1, corner) = csv.Number(column + 1);
     }

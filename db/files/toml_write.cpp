@@ -30,9 +30,7 @@ std::string TomlText(const std::string& text) {
     if (c == '"' || c == '\\') {
       out += '\\';
       out += c;
-    } else if (c == '\n' && lines) {
-      out += c;
-    } else if (code < 0x20 || code == 0x7f) {
+    } else if ((code < 0x20 || code == 0x7f) && !(c == '\n' && lines)) {
       out += fmt::format("\\u{:04X}", code);
     } else {
       out += c;

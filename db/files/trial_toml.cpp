@@ -17,15 +17,18 @@ struct Named {
   const char* name;
 };
 
-constexpr std::array kKinds = {Named{TrialKind::kReal, "real"}, Named{TrialKind::kVirtual, "virtual"},
-                               Named{TrialKind::kSimulated, "simulated"},
-                               Named{TrialKind::kPublished, "published"}};
-constexpr std::array kStates = {Named{TrialState::kRecording, "recording"},
-                                Named{TrialState::kRecorded, "recorded"},
-                                Named{TrialState::kDegraded, "degraded"},
-                                Named{TrialState::kAborted, "aborted"}, Named{TrialState::kFailed, "failed"}};
-constexpr std::array kHands = {Named{Handedness::kMirror, "mirror"}, Named{Handedness::kNormals, "normals"},
-                               Named{Handedness::kSame, "same"}};
+// (clang 14 does not deduce an aggregate's arguments, so the types are spelt out.)
+constexpr std::array<Named<TrialKind>, 4> kKinds = {{{TrialKind::kReal, "real"},
+                                                     {TrialKind::kVirtual, "virtual"},
+                                                     {TrialKind::kSimulated, "simulated"},
+                                                     {TrialKind::kPublished, "published"}}};
+constexpr std::array<Named<TrialState>, 5> kStates = {{{TrialState::kRecording, "recording"},
+                                                       {TrialState::kRecorded, "recorded"},
+                                                       {TrialState::kDegraded, "degraded"},
+                                                       {TrialState::kAborted, "aborted"},
+                                                       {TrialState::kFailed, "failed"}}};
+constexpr std::array<Named<Handedness>, 3> kHands = {
+    {{Handedness::kMirror, "mirror"}, {Handedness::kNormals, "normals"}, {Handedness::kSame, "same"}}};
 
 template <class Table, class Enum>
 std::string NameIn(const Table& table, Enum value) {
