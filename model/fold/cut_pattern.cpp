@@ -34,9 +34,9 @@ std::vector<std::string> WhyNotCut(const TentacleDesign& design, const TentacleL
       const double edge = 0.5 * WidthAt(design, layout, end.z());
       const bool at_cut_end = end.z() <= layout.base_z || end.z() >= layout.tip_z;
       if (!leaves && (at_cut_end || std::abs(end.y()) < edge * (1 - 1e-9))) {
-        leaves = crease + ", " + place + ", leaves through the " +
-                 (end.z() < layout.crease_z[i] ? "base" : "tip") +
-                 " end instead of the ribbon's edge: take a steeper angle or a longer sheet";
+        leaves = crease + ", " + place + ", leaves through the ";
+        *leaves += end.z() < layout.crease_z[i] ? "base" : "tip";
+        *leaves += " end instead of the ribbon's edge: take a steeper angle or a longer sheet";
       }
     }
     // Creases run from edge to edge: two of them cross exactly if they come in another order on one edge.

@@ -102,7 +102,10 @@ Result<TentacleLayout> LayOut(const TentacleDesign& design) {
   layout.width.resize(creases);
   layout.stiffness.resize(creases);
   // Each place from its number, not by adding up spacings: no error grows along the tentacle.
-  const auto hole_at = [&](int i) { return (i / 2) * design.unit_length + (i % 2) * b; };
+  const auto hole_at = [&](int i) {
+    const int units = i / 2;
+    return units * design.unit_length + (i % 2) * b;
+  };
   for (int i = 0; i < holes; ++i) layout.hole_z[i] = hole_at(i);
   const double used = layout.hole_z[holes - 1];
   if (used > design.length * (1 + 1e-12)) {

@@ -53,8 +53,9 @@ TEST(Intervals, ClopperPearsonsTailsAreWhatTheyPromise) {
 TEST(Intervals, ClopperPearsonCoversAtLeastAsStatedAndWilsonOnAverage) {
   const int n = 25;
   double wilson_sum = 0;
-  int rates = 0;
-  for (double rate = 0.005; rate < 1; rate += 0.01, ++rates) {
+  const int rates = 100;
+  for (int i = 0; i < rates; ++i) {
+    const double rate = 0.005 + 0.01 * i;
     double exact = 0;
     double wilson = 0;
     for (int k = 0; k <= n; ++k) {
