@@ -288,6 +288,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   }
 
   TrackedTrial tracked;
+  tracked.family = trial.tags.family;
   const Clock::time_point detecting = Clock::now();
   if (options.from_detections) {
     Result<std::vector<DetectionRow>> rows = ReadDetections(folder / "detections.csv");
@@ -376,11 +377,26 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
   if (sigma_count > 0) row.rms_sigma_m = std::sqrt(sigma_squares / sigma_count);
 
   Provenance made{.program_version = program};
-  made.parameters_json = nlohmann::json{{"family", options.detect.family},
-                                        {"decimate", options.detect.decimate},
-                                        {"min_white_black_diff", options.detect.min_white_black_diff},
-                                        {"sigma_corner_px", options.chain.sigma_corner_px},
-                                        {"from_detections", options.from_detections}}
+  const TagDetectOptions& detect = options.detect;
+  const ChainOptions& chain = options.chain;
+  made.parameters_json = nlohmann::json{{"family", tracked.value().family},
+                                        {"decimate", detect.decimate},
+                                        {"min_white_black_diff", detect.min_white_black_diff},
+                                        {"max_hamming", detect.max_hamming},
+                                        {"from_detections", options.from_detections},
+                                        {"sigma_corner_px", chain.sigma_corner_px},
+                                        {"sigma_tag_place_m", chain.sigma_tag_place},
+                                        {"sigma_tag_turn_rad", chain.sigma_tag_turn},
+                                        {"sigma_hole_m", chain.sigma_hole},
+                                        {"sigma_gap_m", chain.sigma_gap},
+                                        {"sigma_swing_rad", chain.sigma_swing},
+                                        {"sigma_angle_rad", chain.sigma_angle},
+                                        {"sigma_opening_rad", chain.sigma_opening},
+                                        {"sigma_opening_walk_rad", chain.sigma_opening_walk},
+                                        {"sigma_base_place_m", chain.sigma_base_place},
+                                        {"sigma_base_turn_rad", chain.sigma_base_turn},
+                                        {"sigma_base_fold_rad", chain.sigma_base_fold},
+                                        {"largest_chi_square", chain.largest_chi_square}}
                              .dump();
   std::vector<std::string> inputs = {"trial.toml"};
   if (fs::exists(folder / "servo.csv")) inputs.emplace_back("servo.csv");

@@ -37,6 +37,7 @@ struct TrackedTentacle {
 };
 
 struct TrackedTrial {
+  std::string family;  // of its tags
   std::vector<CurveSeries>
       curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen
   std::vector<TrackedTentacle> tentacles;
