@@ -1,0 +1,125 @@
+#include "model/rods/rod.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "model/geometry/rotation.h"
+
+namespace tendril {
+namespace {
+
+Status CheckDesign(const RodDesign& design) {
+  const auto wrong = [](const char* field, const std::string& value, const char* expected) {
+    return Error{ErrorKind::kBadInput, std::string(field) + " = " + value + ": expected " + expected};
+  };
+  const struct {
+    const char* field;
+    double value;
+  } positive[] = {{"length", design.length},
+                  {"base_radius", design.base_radius},
+                  {"density", design.density},
+                  {"youngs_modulus", design.youngs_modulus},
+                  {"shear_modulus", design.shear_modulus},
+                  {"shear_factor", design.shear_factor},
+                  {"taper", design.taper}};
+  for (const auto& [field, value] : positive) {
+    if (!(value > 0) || !std::isfinite(value)) {
+      return wrong(field, std::to_string(value), "a finite number above 0");
+    }
+  }
+  if (design.elements < 2) return wrong("elements", std::to_string(design.elements), "2 or more");
+  if (!design.start.allFinite()) return wrong("start", "not finite", "three finite numbers");
+  const double along = design.direction.norm();
+  if (!(along > 0) || !std::isfinite(along)) {
+    return wrong("direction", "of no length", "three finite numbers, not all 0");
+  }
+  const double across = design.direction.cross(design.normal).norm();
+  if (!(across > 1e-9 * along * design.normal.norm()) || !std::isfinite(across)) {
+    return wrong("normal", "along the direction", "a vector that is not parallel to it");
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Result<Rod> MakeRod(const RodDesign& design) {
+  if (Status s = CheckDesign(design); !s.ok()) return s.error();
+  const Eigen::Index n = design.elements;
+  const double element = design.length / static_cast<double>(n);
+  Rod rod;
+  rod.clamped = design.clamped;
+  rod.rest_length.setConstant(n, element);
+  rod.radius.resize(n);
+  rod.mass.setZero(n + 1);
+  rod.inertia.resize(3, n);
+  rod.shear_stiffness.resize(3, n);
+  Eigen::Matrix3Xd bend(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double r = design.base_radius *
+                     (1 - (1 - design.taper) * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+    const double area = std::numbers::pi * r * r;
+    const Eigen::Vector3d second_moment = area * area / (4 * std::numbers::pi) * Eigen::Vector3d(1, 1, 2);
+    rod.radius[i] = r;
+    rod.mass[i] += 0.5 * design.density * area * element;
+    rod.mass[i + 1] += 0.5 * design.density * area * element;
+    rod.inertia.col(i) = design.density * element * second_moment;
+    const double shear = design.shear_factor * design.shear_modulus * area;
+    rod.shear_stiffness.col(i) << shear, shear, design.youngs_modulus * area;
+    const Eigen::Vector3d modulus(design.youngs_modulus, design.youngs_modulus, design.shear_modulus);
+    bend.col(i) = modulus.cwiseProduct(second_moment);
+  }
+  // Elements are equally long: the mean by length is the plain one.
+  rod.bend_stiffness = 0.5 * (bend.leftCols(n - 1) + bend.rightCols(n - 1));
+  rod.rest_strain.setZero(3, n);
+  rod.rest_curvature.setZero(3, n - 1);
+
+  const Eigen::Vector3d d3 = design.direction.normalized();
+  const Eigen::Vector3d d1 = (design.normal - design.normal.dot(d3) * d3).normalized();
+  Eigen::Matrix3d q;
+  q << d1.transpose(), d3.cross(d1).transpose(), d3.transpose();
+  rod.directors.assign(static_cast<std::size_t>(n), q);
+  rod.position.resize(3, n + 1);
+  for (Eigen::Index i = 0; i <= n; ++i) {
+    rod.position.col(i) = design.start + design.length * static_cast<double>(i) / static_cast<double>(n) * d3;
+  }
+  rod.velocity.setZero(3, n + 1);
+  rod.spin.setZero(3, n);
+  return rod;
+}
+
+double RestVoronoi(const Rod& rod, Eigen::Index i) {
+  return 0.5 * (rod.rest_length[i] + rod.rest_length[i + 1]);
+}
+
+Eigen::Vector3d StrainOf(const Rod& rod, Eigen::Index element) {
+  const Eigen::Vector3d edge = rod.position.col(element + 1) - rod.position.col(element);
+  return rod.directors[static_cast<std::size_t>(element)] * edge / rod.rest_length[element] -
+         Eigen::Vector3d::UnitZ();
+}
+
+Eigen::Vector3d CurvatureOf(const Rod& rod, Eigen::Index inner_node) {
+  const auto i = static_cast<std::size_t>(inner_node);
+  const Eigen::Matrix3d turn = rod.directors[i + 1] * rod.directors[i].transpose();
+  return -LogSo3(turn) / RestVoronoi(rod, inner_node);
+}
+
+RodEnergy EnergyOf(const Rod& rod) {
+  RodEnergy energy;
+  for (Eigen::Index i = 0; i < rod.mass.size(); ++i) {
+    energy.translation += 0.5 * rod.mass[i] * rod.velocity.col(i).squaredNorm();
+  }
+  for (Eigen::Index i = 0; i < rod.elements(); ++i) {
+    energy.rotation += 0.5 * rod.inertia.col(i).dot(rod.spin.col(i).cwiseAbs2());
+    const Eigen::Vector3d off = StrainOf(rod, i) - rod.rest_strain.col(i);
+    energy.shear += 0.5 * rod.rest_length[i] * rod.shear_stiffness.col(i).dot(off.cwiseAbs2());
+  }
+  for (Eigen::Index i = 0; i + 1 < rod.elements(); ++i) {
+    const Eigen::Vector3d off = CurvatureOf(rod, i) - rod.rest_curvature.col(i);
+    energy.bend += 0.5 * RestVoronoi(rod, i) * rod.bend_stiffness.col(i).dot(off.cwiseAbs2());
+  }
+  return energy;
+}
+
+}  // namespace tendril

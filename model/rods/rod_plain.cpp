@@ -1,0 +1,148 @@
+#include "model/rods/rod_plain.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "model/geometry/rotation.h"
+
+namespace tendril {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+// c in the inverse Jacobian of the rotation vector, I +- [v] / 2 + c [v]^2: 1/theta^2 - cot(theta/2) /
+// (2 theta).
+double InverseJacobianFactor(double theta) {
+  if (theta < 1e-2) return 1.0 / 12 + theta * theta / 720 + theta * theta * theta * theta / 30240;
+  return (1 - 0.5 * theta / std::tan(0.5 * theta)) / (theta * theta);
+}
+
+void AddShear(const Rod& rod, RodForm form, Matrix3Xd& force, Matrix3Xd& couple) {
+  for (Index i = 0; i < rod.elements(); ++i) {
+    const Eigen::Matrix3d& q = rod.directors[static_cast<std::size_t>(i)];
+    const Vector3d edge = rod.position.col(i + 1) - rod.position.col(i);
+    const double stretch = edge.norm() / rod.rest_length[i];
+    const Vector3d along = q * edge / rod.rest_length[i];  // e Q t
+    const Vector3d strain = along - Vector3d::UnitZ() - rod.rest_strain.col(i);
+    const Vector3d stress = rod.shear_stiffness.col(i).cwiseProduct(strain);
+    const double dilatation = form == RodForm::kPaper ? 1 / stretch : 1.0;
+    const Vector3d pull = dilatation * (q.transpose() * stress);
+    force.col(i) += pull;
+    force.col(i + 1) -= pull;
+    couple.col(i) += dilatation * rod.rest_length[i] * along.cross(stress);
+  }
+}
+
+void AddBend(const Rod& rod, RodForm form, Matrix3Xd& couple) {
+  for (Index i = 0; i + 1 < rod.elements(); ++i) {
+    const double rest = RestVoronoi(rod, i);
+    const Vector3d curvature = CurvatureOf(rod, i);
+    const Vector3d turning = rest * curvature;
+    const Vector3d moment =
+        rod.bend_stiffness.col(i).cwiseProduct(Vector3d(curvature - rod.rest_curvature.col(i)));
+    if (form == RodForm::kPaper) {
+      const double present = 0.5 * ((rod.position.col(i + 1) - rod.position.col(i)).norm() +
+                                    (rod.position.col(i + 2) - rod.position.col(i + 1)).norm());
+      const double share = std::pow(rest / present, 3);
+      const Vector3d half = 0.5 * share * turning.cross(moment);
+      couple.col(i) += share * moment + half;
+      couple.col(i + 1) += half - share * moment;
+      continue;
+    }
+    const Vector3d half = 0.5 * turning.cross(moment);
+    const Vector3d rest_of_it =
+        InverseJacobianFactor(turning.norm()) * turning.cross(Vector3d(turning.cross(moment)));
+    couple.col(i) += moment + half + rest_of_it;
+    couple.col(i + 1) += half - moment - rest_of_it;
+  }
+}
+
+// The paper's terms in the spin: (J w / e) x w, and that of an element that is being stretched.
+void AddSpinTerms(const Rod& rod, Matrix3Xd& couple) {
+  for (Index i = 0; i < rod.elements(); ++i) {
+    const Vector3d spin = rod.spin.col(i);
+    const Vector3d edge = rod.position.col(i + 1) - rod.position.col(i);
+    const Vector3d apart = rod.velocity.col(i + 1) - rod.velocity.col(i);
+    const double length = edge.norm();
+    const Vector3d momentum = rod.rest_length[i] / length * rod.inertia.col(i).cwiseProduct(spin);
+    couple.col(i) += momentum.cross(spin) + momentum * edge.dot(apart) / (length * length);
+  }
+}
+
+// An element turning freely, exactly: a symmetric top. Its angular momentum stands still in the lab and goes
+// round d3 in the element's axes.
+void TurnFreely(Eigen::Matrix3d& q, Eigen::Ref<Vector3d> spin, const Vector3d& inertia, double time) {
+  const double around = spin.z() * (1 - inertia.z() / inertia.x());
+  const Eigen::Matrix3d about_d3 = ExpSo3(Vector3d(0, 0, -around * time));
+  const Vector3d momentum_rate(spin.x(), spin.y(), spin.z() - around);  // L / J1
+  q = about_d3 * ExpSo3(-time * momentum_rate) * q;
+  spin = about_d3 * spin;
+}
+
+void Drift(Rod& rod, RodForm form, double time_step) {
+  const Vector3d base = rod.position.col(0);
+  const Eigen::Matrix3d frame = rod.directors.front();
+  rod.position += time_step * rod.velocity;
+  for (Index i = 0; i < rod.elements(); ++i) {
+    Eigen::Matrix3d& q = rod.directors[static_cast<std::size_t>(i)];
+    if (form == RodForm::kPaper) {
+      q = ExpSo3(-time_step * rod.spin.col(i)) * q;
+    } else {
+      TurnFreely(q, rod.spin.col(i), rod.inertia.col(i), time_step);
+    }
+  }
+  if (rod.clamped) {
+    rod.position.col(0) = base;
+    rod.directors.front() = frame;
+  }
+}
+
+void Kick(Rod& rod, const PlainOptions& options, const Matrix3Xd& force, const Matrix3Xd& couple) {
+  const double dt = options.time_step;
+  for (Index i = 0; i < rod.mass.size(); ++i) {
+    rod.velocity.col(i) += dt * (force.col(i) / rod.mass[i] + options.gravity);
+  }
+  for (Index i = 0; i < rod.elements(); ++i) {
+    double stretch = 1;
+    if (options.form == RodForm::kPaper) {
+      stretch = (rod.position.col(i + 1) - rod.position.col(i)).norm() / rod.rest_length[i];
+    }
+    rod.spin.col(i) += dt * stretch * couple.col(i).cwiseQuotient(rod.inertia.col(i));
+  }
+  if (rod.clamped) {
+    rod.velocity.col(0).setZero();
+    rod.spin.col(0).setZero();
+  }
+  if (options.damping != 0) {
+    const double keep = std::exp(-options.damping * dt);
+    rod.velocity *= keep;
+    rod.spin *= keep;
+  }
+}
+
+}  // namespace
+
+void InternalLoads(const Rod& rod, RodForm form, Matrix3Xd& force, Matrix3Xd& couple) {
+  force.setZero(3, rod.elements() + 1);
+  couple.setZero(3, rod.elements());
+  AddShear(rod, form, force, couple);
+  AddBend(rod, form, couple);
+  if (form == RodForm::kPaper) AddSpinTerms(rod, couple);
+}
+
+void StepPlain(std::span<Rod> rods, double time, const PlainOptions& options, const MiddleOfStep& at_middle) {
+  for (Rod& rod : rods) Drift(rod, options.form, 0.5 * options.time_step);
+  std::vector<Matrix3Xd> outside(rods.size());
+  for (std::size_t r = 0; r < rods.size(); ++r) outside[r].setZero(3, rods[r].elements() + 1);
+  if (at_middle) at_middle(time + 0.5 * options.time_step, rods, outside);
+  Matrix3Xd force, couple;
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    InternalLoads(rods[r], options.form, force, couple);
+    Kick(rods[r], options, force + outside[r], couple);
+    Drift(rods[r], options.form, 0.5 * options.time_step);
+  }
+}
+
+}  // namespace tendril
