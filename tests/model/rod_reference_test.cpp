@@ -2,12 +2,14 @@
 // rod, a falling cantilever, a tip load and a free rod.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <numbers>
 #include <sstream>
 
+#include "model/rods/contact.h"
 #include "model/rods/rod_plain.h"
 #include "tests/support/shared_data.h"
 
@@ -35,10 +37,12 @@ std::vector<std::vector<double>> ReadNumbers(const std::filesystem::path& file) 
   return rows;
 }
 
-// Nodes of rod 0 by time, from a file of t,rod,node,x,y,z.
-std::map<double, std::vector<Vector3d>> ReadNodes(const std::filesystem::path& file) {
+// Nodes of one rod by time, from a file of t,rod,node,x,y,z.
+std::map<double, std::vector<Vector3d>> ReadNodes(const std::filesystem::path& file, int rod = 0) {
   std::map<double, std::vector<Vector3d>> nodes;
-  for (const auto& row : ReadNumbers(file)) nodes[row[0]].emplace_back(row[3], row[4], row[5]);
+  for (const auto& row : ReadNumbers(file)) {
+    if (static_cast<int>(row[1]) == rod) nodes[row[0]].emplace_back(row[3], row[4], row[5]);
+  }
   return nodes;
 }
 
@@ -153,6 +157,103 @@ TEST(PaperForm, AFreeRodsEnergySwingsAsThePeersDoes) {
     EXPECT_NEAR(energy.shear, row[4], 1e-8 * total);
   }
   EXPECT_LT(LargestDistance(rod, ReadNodes(Reference("R4_final_nodes_dt1e-5.csv")).begin()->second), 1e-10);
+}
+
+// Its Hertz contact with the force shared equally (`pow` in its files).
+TEST(PaperForm, RodsCollideAsThePeersDo) {
+  TENDRIL_SKIP_WITHOUT(Reference("R5_pow_nodes.csv"));
+  RodDesign design = Uniform(0.4, 0.01, 1e6);
+  design.elements = 40;
+  design.density = 500;
+  design.clamped = false;
+  design.start = {-0.2, 0, 0};
+  design.direction = Vector3d::UnitX();
+  design.normal = Vector3d::UnitZ();
+  RodDesign other = design;
+  const double angle = 80 * std::numbers::pi / 180;
+  other.direction = {std::cos(angle), std::sin(angle), 0};
+  other.start = Vector3d(0.013, 0.021, 0.022) - 0.2 * other.direction;
+  std::vector<Rod> rods = {MakeRod(design).value(), MakeRod(other).value()};
+  rods[1].velocity.row(2).setConstant(-0.5);
+  const PlainOptions options{.form = RodForm::kPaper, .time_step = 1e-5};
+  const Contact contact{.law = ContactLaw::kHertzEqual, .stiffness = 1e4, .damping = 0.05};
+  const auto touch = [&](double, std::span<Rod> r, std::span<Matrix3Xd> forces) {
+    AddRodContact(contact, r[0], r[1], forces[0], forces[1]);
+  };
+  const auto first = ReadNodes(Reference("R5_pow_nodes.csv"), 0);
+  const auto second = ReadNodes(Reference("R5_pow_nodes.csv"), 1);
+  int step = 0;
+  for (const auto& [time, nodes] : first) {
+    for (; step < std::lround(time / options.time_step); ++step) {
+      StepPlain(rods, step * options.time_step, options, touch);
+    }
+    EXPECT_LT(LargestDistance(rods[0], nodes), 1e-9) << time;
+    EXPECT_LT(LargestDistance(rods[1], second.at(time)), 1e-9) << time;
+  }
+  EXPECT_EQ(step, 15000);
+}
+
+TEST(PaperForm, DrapesOverACylinderAsThePeersRodDoes) {
+  TENDRIL_SKIP_WITHOUT(Reference("R6_pow_nodes.csv"));
+  RodDesign design = Uniform(0.5, 0.012, 2e5);
+  design.elements = 80;
+  design.taper = 0.6;
+  design.density = 200;
+  design.start = {-0.1, 0.01, 0.06};
+  design.direction = Vector3d::UnitX();
+  design.normal = Vector3d::UnitZ();
+  Rod rod = MakeRod(design).value();
+  const PlainOptions options{
+      .form = RodForm::kPaper, .time_step = 2e-5, .damping = 4, .gravity = {0, 0, -9.80665}};
+  const Contact contact{.law = ContactLaw::kHertzEqual, .stiffness = 1e4};
+  const FixedBody cylinder{.start = {0, -0.14, 0}, .end = {0, 0.14, 0}, .radius = 0.0225};
+  int step = 0;
+  for (const auto& [time, nodes] : ReadNodes(Reference("R6_pow_nodes.csv"))) {
+    if (time > 1) break;
+    for (; step < std::lround(time / options.time_step); ++step) {
+      StepPlain({&rod, 1}, step * options.time_step, options,
+                [&](double, auto r, auto forces) { AddBodyContact(contact, r[0], cylinder, forces[0]); });
+    }
+    EXPECT_LT(LargestDistance(rod, nodes), 1e-8) << time;
+  }
+  EXPECT_EQ(step, 50000);
+}
+
+TEST(PaperForm, TwoCoilingRodsEntangleAsThePeersDo) {
+  TENDRIL_SKIP_WITHOUT(Reference("R8_pow_dt2e-05_nodes.csv"));
+  RodDesign design;
+  design.taper = 0.5;
+  design.start = {0, -0.03, 0};
+  design.direction = -Vector3d::UnitZ();
+  design.normal = Vector3d::UnitY();
+  RodDesign other = design;
+  other.start = {0.004, 0.03, 0};
+  other.normal = -Vector3d::UnitY();
+  std::vector<Rod> rods = {MakeRod(design).value(), MakeRod(other).value()};
+  const PlainOptions options{
+      .form = RodForm::kPaper, .time_step = 2e-5, .damping = 2, .gravity = {0, 0, -9.80665}};
+  const Contact contact{.law = ContactLaw::kHertzEqual, .stiffness = 1e4};
+  double largest_force = 0;
+  const auto middle = [&](double time, std::span<Rod> r, std::span<Matrix3Xd> forces) {
+    for (int i = 0; i < 2; ++i) {
+      const double share = std::clamp((time - 0.1 * i) / 1.5, 0.0, 1.0);
+      r[static_cast<std::size_t>(i)].rest_curvature.colwise() = share * Vector3d(0, 12, 4);
+    }
+    AddRodContact(contact, r[0], r[1], forces[0], forces[1]);
+    largest_force = std::max(largest_force, forces[0].cwiseAbs().maxCoeff());
+  };
+  const auto first = ReadNodes(Reference("R8_pow_dt2e-05_nodes.csv"), 0);
+  const auto second = ReadNodes(Reference("R8_pow_dt2e-05_nodes.csv"), 1);
+  int step = 0;
+  for (const auto& [time, nodes] : first) {
+    if (time > 1.5) break;
+    for (; step < std::lround(time / options.time_step); ++step) {
+      StepPlain(rods, step * options.time_step, options, middle);
+    }
+    EXPECT_LT(LargestDistance(rods[0], nodes), 1e-7) << time;
+    EXPECT_LT(LargestDistance(rods[1], second.at(time)), 1e-7) << time;
+  }
+  EXPECT_GT(largest_force, 0);
 }
 
 }  // namespace
