@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "model/fold/design.h"
+#include "model/fold/exact_law.h"
 #include "model/fold/facet_chain.h"
 #include "model/fold/fold.h"
 
@@ -22,6 +23,21 @@ void SolveOnly(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(SolveOnly);
+
+void SolveExactOnly(benchmark::State& state) {
+  TentacleDesign design;
+  design.holes = static_cast<int>(state.range(0));
+  design.length = 0.015 * (design.holes + 1);
+  const TentacleLayout layout = LayOut(design).value();
+  const Eigen::VectorXd stiffness = HingeStiffness(design, layout);
+  double pull = 0.05;
+  for (auto _ : state) {
+    pull = NextPull(pull);
+    benchmark::DoNotOptimize(SolveExactFold(layout, stiffness, 0, design.closed_angle, pull));
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(SolveExactOnly)->Arg(49)->Arg(2000);
 
 void SolveFoldTrace(benchmark::State& state) {
   TentacleDesign design;

@@ -3,10 +3,12 @@
 
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "db/files/curve_files.h"
 #include "db/files/design_toml.h"
+#include "model/fold/exact_law.h"
 #include "model/fold/facet_chain.h"
 #include "model/fold/facet_overlap.h"
 #include "model/fold/fold.h"
@@ -23,13 +25,42 @@ struct FoldCall {
   std::string curves;
 };
 
+// What either law answers; none: it has no such thing.
+struct FoldAnswer {
+  Eigen::VectorXd angle;
+  std::vector<int> closed;
+  double tendon_length = 0;
+  std::optional<double> scale;
+  std::optional<double> tension;
+  std::optional<bool> slack;
+};
+
+Result<FoldAnswer> Solve(const FoldCall& call, const TentacleDesign& design, const TentacleLayout& layout) {
+  if (call.law == "paper") {
+    const Result<Fold> fold = SolveFold(layout, design.base_width, design.closed_angle, call.pull);
+    if (!fold.ok()) return fold.error();
+    const Fold& f = fold.value();
+    return FoldAnswer{f.angle, f.closed, f.tendon_length, f.scale, std::nullopt, std::nullopt};
+  }
+  const Result<ExactFold> fold = SolveExactFold(layout, HingeStiffness(design, layout), design.rest_angle,
+                                                design.closed_angle, call.pull);
+  if (!fold.ok()) return fold.error();
+  const ExactFold& f = fold.value();
+  return FoldAnswer{f.angle, f.closed, f.tendon_length, std::nullopt, f.tension, f.slack};
+}
+
+template <class T>
+nlohmann::ordered_json OrNull(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
 // Ten angles a line, each line headed by the number of its first crease.
-void PrintAngles(const Fold& fold, Output& out) {
+void PrintAngles(const Eigen::VectorXd& angle, Output& out) {
   out.Print("fold angles, degrees:");
-  for (Eigen::Index first = 0; first < fold.angle.size(); first += 10) {
+  for (Eigen::Index first = 0; first < angle.size(); first += 10) {
     std::string line = fmt::format("  crease {:>4}: ", first);
-    for (Eigen::Index i = first; i < std::min(first + 10, fold.angle.size()); ++i) {
-      line += fmt::format(" {:6.2f}", fold.angle[i] / kDegree);
+    for (Eigen::Index i = first; i < std::min(first + 10, angle.size()); ++i) {
+      line += fmt::format(" {:6.2f}", angle[i] / kDegree);
     }
     out.Print("{}", line);
   }
@@ -40,8 +71,7 @@ Status RunFold(const FoldCall& call, Output& out) {
   if (!design.ok()) return design.error();
   const auto layout = LayOut(design.value());
   if (!layout.ok()) return Error(layout.error()).Within(call.design);
-  const auto fold =
-      SolveFold(layout.value(), design.value().base_width, design.value().closed_angle, call.pull);
+  const Result<FoldAnswer> fold = Solve(call, design.value(), layout.value());
   if (!fold.ok()) return Error(fold.error()).Within(call.design);
 
   const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
@@ -53,8 +83,9 @@ Status RunFold(const FoldCall& call, Output& out) {
   fields["law"] = call.law;
   fields["pull"] = call.pull;
   fields["fold_angle_rad"] = std::vector<double>(fold.value().angle.begin(), fold.value().angle.end());
-  fields["scale"] = fold.value().scale;
-  fields["tension_N"] = nullptr;
+  fields["scale"] = OrNull(fold.value().scale);
+  fields["tension_N"] = OrNull(fold.value().tension);  // infinite: null too
+  fields["slack"] = OrNull(fold.value().slack);
   fields["closed"] = fold.value().closed;
   fields["flat_tendon_length_m"] = FlatTendonLength(layout.value());
   fields["tendon_length_m"] = fold.value().tendon_length;
@@ -68,11 +99,15 @@ Status RunFold(const FoldCall& call, Output& out) {
   out.Print("tendon, hole to hole   {:.2f} mm, flat {:.2f} mm", 1e3 * fold.value().tendon_length,
             1e3 * FlatTendonLength(layout.value()));
   out.Print("pull                   {:.6g}; the rigid shape's own {:.6g}", call.pull, kinematic);
-  out.Print("scale k                {:.9g}", fold.value().scale);
+  if (fold.value().scale) out.Print("scale k                {:.9g}", *fold.value().scale);
+  if (fold.value().tension) {
+    out.Print("tension                {:.6g} N{}", *fold.value().tension,
+              *fold.value().slack ? "; slack: the rest shape takes in more than this pull" : "");
+  }
   out.Print("closed creases         {} of {}", fold.value().closed.size(), fold.value().angle.size());
   const Eigen::Vector3d tip = 1e3 * curve.holes.rightCols<1>();
   out.Print("last hole              x {:.2f}, y {:.2f}, z {:.2f} mm", tip.x(), tip.y(), tip.z());
-  PrintAngles(fold.value(), out);
+  PrintAngles(fold.value().angle, out);
 
   if (!overlapping.empty()) {
     const size_t pairs = overlapping.size();
@@ -110,8 +145,9 @@ Command MakeFoldCommand() {
             app.add_option("design", call->design, "design file (TOML)")->required();
             app.add_option("--pull", call->pull, "tendon taken in, as a fraction of its flat length (0 to 1)")
                 ->required();
-            app.add_option("--law", call->law, "law of the fold angles")
-                ->check(CLI::IsMember({"paper"}))
+            app.add_option("--law", call->law,
+                           "law of the fold angles: the paper's, or least energy under the true distances")
+                ->check(CLI::IsMember({"paper", "exact"}))
                 ->capture_default_str();
             app.add_option("--curves", call->curves,
                            "write the tendon's oriented curve to this file (.csv or .h5; metres)");

@@ -49,6 +49,18 @@ TEST(FoldCommand, JsonHasTheFieldsThatProgramsRelyOn) {
   }
 }
 
+TEST(FoldCommand, TheExactLawHasATensionAndNoScale) {
+  const ProgramRun run =
+      RunProgram({"fold", kDesigns + "paper.toml", "--pull", "0.3", "--law", "exact", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json json = nlohmann::json::parse(run.out);
+  EXPECT_TRUE(json.at("scale").is_null());
+  EXPECT_GT(json.at("tension_N").get<double>(), 0);
+  EXPECT_EQ(json.at("slack"), false);
+  EXPECT_NEAR(json.at("kinematic_pull").get<double>(), 0.3, 1e-12);
+  EXPECT_EQ(RunProgram({"fold", kDesigns + "paper.toml", "--pull", "0.3", "--law", "exakt"}).exit_code, 2);
+}
+
 TEST(FoldCommand, EveryExampleDesignFolds) {
   for (const auto& entry : std::filesystem::directory_iterator(kDesigns)) {
     const ProgramRun run = RunProgram({"fold", entry.path().string(), "--pull", "0.3"});

@@ -9,31 +9,15 @@
 #include <numbers>
 #include <random>
 
+#include "tests/support/random_design.h"
+
 namespace tendril {
 namespace {
 
+using test::RandomDesign;
 using Digits50 = boost::multiprecision::cpp_bin_float_50;
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-// Over the stated extremes; every design can be laid out.
-TentacleDesign RandomDesign(std::mt19937_64& random) {
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  TentacleDesign design;
-  design.holes = static_cast<int>(uniform(2, 60));
-  design.unit_length = std::pow(10, uniform(-4, 1));
-  design.length = design.unit_length * 0.5 * (design.holes + 2);
-  design.base_width = design.unit_length * uniform(0.05, 2);
-  design.taper = uniform(0.05, 1);
-  design.spacing_ratio = uniform(0.05, 1);
-  design.alpha = uniform(15, 165) * kDegree;
-  design.beta = uniform(15, 165) * kDegree;
-  design.stiffness_exponent = uniform(0, 3);
-  design.stiffness_ratio = std::pow(10, uniform(-9, 9));
-  return design;
-}
 
 // The paper's equation by bisection in 50 digits, from the layout's doubles.
 std::vector<Digits50> ExactAngles(const TentacleLayout& layout, double base_width, double closed_angle,
