@@ -8,12 +8,12 @@
 #include <string>
 
 #include "model/check.h"
+#include "model/fold/hinge.h"
 
 namespace tendril {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRightAngle = std::numbers::pi / 2;
 
 std::string Number(double value) {
   char text[32];
@@ -21,128 +21,14 @@ std::string Number(double value) {
   return {text, end.ptr};
 }
 
-// x - sin x without cancellation, for x in [0, pi/2].
-double MinusSine(double x) {
-  if (x > 1) return x - std::sin(x);
-  const double y = x * x;
-  double sum = 1;
-  for (int k = 17; k >= 5; k -= 2) sum = 1 - sum * y / ((k - 1) * k);
-  return x * y / 6 * sum;
-}
-
-// One crease: s = sin^2 a, c = cos^2 a; c is exactly 0 for a right angle, which pi / 2 as a double stands
-// for.
-struct Hinge {
-  double d = 0;  // half of its spacing, m
-  double s = 1, c = 0;
-  double stiffness = 0;  // B, N m
-  double critical = 0;   // the tension at which it begins to fold from flat, N
-  double closing = 0;    // the tension at which it closes, N
-};
-
-double Root(const Hinge& hinge, double sine, double cosine) {
-  return std::sqrt(cosine * cosine + hinge.c * sine * sine);  // sqrt(1 - s sin^2)
-}
-
-// g = s sin cos / sqrt(1 - s sin^2): moment of the tendon / (T d).
-double Moment(const Hinge& hinge, double angle) {
-  const double sine = std::sin(angle);
-  if (hinge.c == 0) return sine;
-  const double cosine = std::cos(angle);
-  return hinge.s * sine * cosine / Root(hinge, sine, cosine);
-}
-
-// s phi / g - 1 = T / critical - 1 of a crease that rests flat: rises from 0, as a product of two factors
-// whose excesses over 1 are known without cancellation.
-double Excess(const Hinge& hinge, double angle) {
-  const double sine = std::sin(angle);
-  const double p = MinusSine(angle) / sine;
-  if (hinge.c == 0) return p;
-  const double cosine = std::cos(angle);
-  const double r = hinge.c * sine * sine / (cosine * (Root(hinge, sine, cosine) + cosine));
-  return p + r + p * r;
-}
-
-// d ln(phi / g) / d phi > 0.
-double LogSlope(const Hinge& hinge, double angle) {
-  const double sine = std::sin(angle);
-  const double half = std::sin(0.5 * angle);
-  const double first = (2 * angle * half * half - MinusSine(angle)) / (angle * sine);
-  if (hinge.c == 0) return first;
-  const double cosine = std::cos(angle);
-  const double root = Root(hinge, sine, cosine);
-  return first + hinge.c * sine / (cosine * root * root);
-}
-
-// First coefficient of the excess: k phi^2.
-double ExcessCoefficient(const Hinge& hinge) { return 1.0 / 6 + 0.5 * hinge.c; }
-
-// phi of a crease that rests flat, from its excess x >= 0; below `limit`. Newton's method on the logarithms,
-// kept between bounds.
-double AngleOfExcess(const Hinge& hinge, double x, double limit) {
-  double angle = std::sqrt(x / ExcessCoefficient(hinge));  // above the root: higher terms are positive
-  if (angle < 1e-8) return angle;
-  double low = 0;
-  double high = limit;
-  if (!(angle < high)) angle = 0.5 * high;
-  const double wanted = std::log1p(x);
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    const double off = std::log1p(Excess(hinge, angle)) - wanted;
-    (off > 0 ? high : low) = angle;
-    const double step = off / LogSlope(hinge, angle);
-    if (std::abs(step) <= 2e-16 * angle) break;
-    double next = angle - step;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (next == angle) break;
-    angle = next;
-  }
-  return angle;
-}
-
-// phi - phi0 of a crease that rests folded, from T d / (2 B).
-double TurnOfLoad(const Hinge& hinge, double rest, double load, double limit) {
-  double low = 0;
-  double high = limit - rest;
-  double turn = std::min(load * Moment(hinge, rest), 0.5 * high);
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    const double angle = rest + turn;
-    const double sine = std::sin(angle);
-    const double cosine = std::cos(angle);
-    const double root = hinge.c == 0 ? cosine : Root(hinge, sine, cosine);
-    const double slope = hinge.c == 0
-                             ? cosine
-                             : hinge.s * ((cosine * cosine - sine * sine) / root +
-                                          hinge.s * sine * sine * cosine * cosine / (root * root * root));
-    const double off = turn - load * Moment(hinge, angle);
-    (off > 0 ? high : low) = turn;
-    const double step = off / (1 - load * slope);
-    if (std::abs(step) <= 2e-16 * turn) break;
-    double next = turn - step;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (next == turn) break;
-    turn = next;
-  }
-  return turn;
-}
-
 // All creases at one tension, which is kept as base + extra: near a tension where creases begin to fold their
 // angles are all in the extra.
 class Tentacle {
  public:
   Tentacle(const TentacleLayout& layout, const Eigen::VectorXd& stiffness, double rest, double closed_angle)
-      : rest_(rest), right_angle_(closed_angle >= kRightAngle), limit_(std::min(closed_angle, kRightAngle)) {
+      : rest_(rest), right_angle_(closed_angle >= kClosedFlat), limit_(std::min(closed_angle, kClosedFlat)) {
     for (Eigen::Index i = 0; i < stiffness.size(); ++i) {
-      Hinge hinge;
-      hinge.d = layout.half_spacing[i];
-      const double cosine = std::cos(layout.crease_angle[i]);
-      if (std::abs(cosine) > 1e-15) {
-        hinge.c = cosine * cosine;
-        hinge.s = std::sin(layout.crease_angle[i]) * std::sin(layout.crease_angle[i]);
-      }
-      hinge.stiffness = stiffness[i];
-      hinge.critical = 2 * hinge.stiffness / (hinge.d * hinge.s);
-      const double moment = right_angle_ && hinge.c > 0 ? 0 : Moment(hinge, limit_);
-      hinge.closing = 2 * hinge.stiffness * (limit_ - rest_) / (hinge.d * moment);
+      const Hinge hinge = HingeOf(layout, i, stiffness[i], rest, closed_angle);
       hinges_.push_back(hinge);
       flat_ += 2 * hinge.d;
       at_rest_ += Shortening(hinge, rest_, 0);
@@ -174,12 +60,12 @@ class Tentacle {
       if (tension >= hinge.closing) {
         turn = limit_ - rest_;
       } else if (rest_ > 0) {
-        turn = TurnOfLoad(hinge, rest_, tension * hinge.d / (2 * hinge.stiffness), limit_);
+        turn = TurnOfLoad(hinge, tension * hinge.d / (2 * hinge.stiffness));
         turn_slope = TurnSlope(hinge, rest_ + turn, tension);
       } else {
         const double x = (base - hinge.critical) / hinge.critical + extra / hinge.critical;
         if (x >= 0) {
-          turn = AngleOfExcess(hinge, x, limit_);
+          turn = AngleOfExcess(hinge, x);
           // At the very start the slope is infinite, that of the shortening finite: the limit is added below.
           if (turn > 1e-8)
             turn_slope = 1 / (tension * LogSlope(hinge, turn));
@@ -190,15 +76,10 @@ class Tentacle {
       const double angle = turn == limit_ - rest_ ? limit_ : rest_ + turn;
       angle_[static_cast<Eigen::Index>(i)] = angle;
       sums.shortening += Shortening(hinge, turn, rest_);
-      sums.remaining += Remaining(hinge, angle);
+      sums.remaining += HoleDistance(hinge, angle);
       sums.slope += 2 * hinge.d * Moment(hinge, angle) * turn_slope;
     }
     return sums;
-  }
-
-  double Remaining(const Hinge& hinge, double angle) const {
-    if (right_angle_ && angle == limit_) return 2 * hinge.d * std::sqrt(hinge.c);
-    return 2 * hinge.d * Root(hinge, std::sin(angle), std::cos(angle));
   }
 
  private:
@@ -210,20 +91,13 @@ class Tentacle {
   }
 
   static double TurnSlope(const Hinge& hinge, double angle, double tension) {
-    const double sine = std::sin(angle);
-    const double cosine = std::cos(angle);
-    const double root = Root(hinge, sine, cosine);
     const double per_load = hinge.d / (2 * hinge.stiffness);
-    const double slope = hinge.c == 0
-                             ? cosine
-                             : hinge.s * ((cosine * cosine - sine * sine) / root +
-                                          hinge.s * sine * sine * cosine * cosine / (root * root * root));
-    return per_load * Moment(hinge, angle) / (1 - tension * per_load * slope);
+    return per_load * Moment(hinge, angle) / (1 - tension * per_load * MomentSlope(hinge, angle));
   }
 
   double rest_ = 0;
   bool right_angle_ = true;
-  double limit_ = kRightAngle;
+  double limit_ = kClosedFlat;
   std::vector<Hinge> hinges_;
   double flat_ = 0;
   double at_rest_ = 0;
@@ -302,7 +176,7 @@ Eigen::VectorXd HingeStiffness(const TentacleDesign& design, const TentacleLayou
 double LargestExactPull(const TentacleLayout& layout, double closed_angle) {
   const Tentacle tentacle(layout, Eigen::VectorXd::Ones(layout.half_spacing.size()), 0, closed_angle);
   double remaining = 0;
-  for (const Hinge& hinge : tentacle.hinges()) remaining += tentacle.Remaining(hinge, tentacle.limit());
+  for (const Hinge& hinge : tentacle.hinges()) remaining += HoleDistance(hinge, tentacle.limit());
   return 1 - remaining / tentacle.flat();
 }
 
@@ -315,7 +189,7 @@ Result<ExactFold> SolveExactFold(const TentacleLayout& layout, const Eigen::Vect
     return Error{ErrorKind::kBadInput,
                  "pull = " + Number(pull) + ": expected a fraction, 0 to " + Number(largest)};
   }
-  if (!(rest_angle >= 0 && rest_angle < std::min(closed_angle, kRightAngle))) {
+  if (!(rest_angle >= 0 && rest_angle < std::min(closed_angle, kClosedFlat))) {
     return Error{ErrorKind::kBadInput,
                  "rest angle " + Number(rest_angle) + " rad: expected 0 up to the closed angle for this law"};
   }
@@ -343,7 +217,7 @@ Result<ExactFold> SolveExactFold(const TentacleLayout& layout, const Eigen::Vect
   fold.angle = tentacle.angle();
   for (Eigen::Index i = 0; i < creases; ++i) {
     const Hinge& hinge = tentacle.hinges()[static_cast<std::size_t>(i)];
-    fold.tendon_length += tentacle.Remaining(hinge, fold.angle[i]);
+    fold.tendon_length += HoleDistance(hinge, fold.angle[i]);
     if (fold.angle[i] != tentacle.limit()) continue;
     fold.closed.push_back(static_cast<int>(i));
     const bool only_tends = tentacle.right_angle() && hinge.c > 0;
