@@ -31,7 +31,7 @@ class Tentacle {
       const Hinge hinge = HingeOf(layout, i, stiffness[i], rest, closed_angle);
       hinges_.push_back(hinge);
       flat_ += 2 * hinge.d;
-      at_rest_ += Shortening(hinge, rest_, 0);
+      at_rest_ += TakenIn(hinge, 0, rest_);
     }
     angle_.resize(stiffness.size());
   }
@@ -75,7 +75,7 @@ class Tentacle {
       }
       const double angle = turn == limit_ - rest_ ? limit_ : rest_ + turn;
       angle_[static_cast<Eigen::Index>(i)] = angle;
-      sums.shortening += Shortening(hinge, turn, rest_);
+      sums.shortening += TakenIn(hinge, rest_, turn);
       sums.remaining += HoleDistance(hinge, angle);
       sums.slope += 2 * hinge.d * Moment(hinge, angle) * turn_slope;
     }
@@ -83,13 +83,6 @@ class Tentacle {
   }
 
  private:
-  // 2 d (sqrt(1 - s sin^2 from) - sqrt(1 - s sin^2 (from + turn))).
-  static double Shortening(const Hinge& hinge, double turn, double from) {
-    const double before = Root(hinge, std::sin(from), std::cos(from));
-    const double after = Root(hinge, std::sin(from + turn), std::cos(from + turn));
-    return 2 * hinge.d * hinge.s * std::sin(turn) * std::sin(turn + 2 * from) / (before + after);
-  }
-
   static double TurnSlope(const Hinge& hinge, double angle, double tension) {
     const double per_load = hinge.d / (2 * hinge.stiffness);
     return per_load * Moment(hinge, angle) / (1 - tension * per_load * MomentSlope(hinge, angle));

@@ -125,6 +125,12 @@ double AngleAt(const Hinge& hinge, double tension) {
   return tension > hinge.critical ? AngleOfExcess(hinge, (tension - hinge.critical) / hinge.critical) : 0.0;
 }
 
+double TakenIn(const Hinge& hinge, double from, double turn) {
+  const double before = Root(hinge, std::sin(from), std::cos(from));
+  const double after = Root(hinge, std::sin(from + turn), std::cos(from + turn));
+  return 2 * hinge.d * hinge.s * std::sin(turn) * std::sin(turn + 2 * from) / (before + after);
+}
+
 double HoleDistance(const Hinge& hinge, double angle) {
   if (angle == kClosedFlat) return 2 * hinge.d * std::sqrt(hinge.c);
   return 2 * hinge.d * Root(hinge, std::sin(angle), std::cos(angle));

@@ -53,6 +53,9 @@ double TurnOfLoad(const Hinge& hinge, double load);
 // has.
 double AngleAt(const Hinge& hinge, double tension);
 
+// By how much its holes draw together from an angle to angle + turn, without cancellation, m.
+double TakenIn(const Hinge& hinge, double from, double turn);
+
 // Distance between its holes, m.
 double HoleDistance(const Hinge& hinge, double angle);
 
