@@ -12,6 +12,7 @@
 #include "model/fold/facet_chain.h"
 #include "model/fold/facet_overlap.h"
 #include "model/fold/fold.h"
+#include "model/fold/tendon_friction.h"
 
 namespace tendril::cli {
 namespace {
@@ -22,6 +23,7 @@ struct FoldCall {
   std::string design;
   double pull = 0;
   std::string law = "paper";
+  std::vector<double> path;
   std::string curves;
 };
 
@@ -33,20 +35,40 @@ struct FoldAnswer {
   std::optional<double> scale;
   std::optional<double> tension;
   std::optional<bool> slack;
+  std::optional<double> base_tension;  // where friction makes it another
 };
+
+// From flat through the path to the pull.
+Result<FoldAnswer> SolveWithFriction(const FoldCall& call, const TentacleDesign& design) {
+  Result<FrictionTendon> tendon = FrictionTendon::Make(design);
+  if (!tendon.ok()) return tendon.error();
+  for (const double pull : call.path) {
+    if (const auto on_the_way = tendon.value().MoveTo(pull); !on_the_way.ok()) return on_the_way.error();
+  }
+  const Result<FrictionFold> fold = tendon.value().MoveTo(call.pull);
+  if (!fold.ok()) return fold.error();
+  const FrictionFold& f = fold.value();
+  FoldAnswer answer{f.angle, {},          f.tendon_length, std::nullopt, f.tension.tail<1>()[0],
+                    f.slack, f.tension[0]};
+  for (Eigen::Index i = 0; i < f.angle.size(); ++i) {
+    if (f.angle[i] >= design.closed_angle) answer.closed.push_back(static_cast<int>(i));
+  }
+  return answer;
+}
 
 Result<FoldAnswer> Solve(const FoldCall& call, const TentacleDesign& design, const TentacleLayout& layout) {
   if (call.law == "paper") {
     const Result<Fold> fold = SolveFold(layout, design.base_width, design.closed_angle, call.pull);
     if (!fold.ok()) return fold.error();
     const Fold& f = fold.value();
-    return FoldAnswer{f.angle, f.closed, f.tendon_length, f.scale, std::nullopt, std::nullopt};
+    return FoldAnswer{f.angle, f.closed, f.tendon_length, f.scale, std::nullopt, std::nullopt, std::nullopt};
   }
+  if (design.tendon_friction > 0) return SolveWithFriction(call, design);
   const Result<ExactFold> fold = SolveExactFold(layout, HingeStiffness(design, layout), design.rest_angle,
                                                 design.closed_angle, call.pull);
   if (!fold.ok()) return fold.error();
   const ExactFold& f = fold.value();
-  return FoldAnswer{f.angle, f.closed, f.tendon_length, std::nullopt, f.tension, f.slack};
+  return FoldAnswer{f.angle, f.closed, f.tendon_length, std::nullopt, f.tension, f.slack, std::nullopt};
 }
 
 template <class T>
@@ -69,6 +91,10 @@ void PrintAngles(const Eigen::VectorXd& angle, Output& out) {
 Status RunFold(const FoldCall& call, Output& out) {
   const auto design = ReadDesign(call.design);
   if (!design.ok()) return design.error();
+  if (!call.path.empty() && (call.law != "exact" || design.value().tendon_friction == 0)) {
+    return Error{ErrorKind::kBadInput,
+                 call.design + ": --path changes nothing without --law exact and a tendon.friction above 0"};
+  }
   const auto layout = LayOut(design.value());
   if (!layout.ok()) return Error(layout.error()).Within(call.design);
   const Result<FoldAnswer> fold = Solve(call, design.value(), layout.value());
@@ -85,6 +111,7 @@ Status RunFold(const FoldCall& call, Output& out) {
   fields["fold_angle_rad"] = std::vector<double>(fold.value().angle.begin(), fold.value().angle.end());
   fields["scale"] = OrNull(fold.value().scale);
   fields["tension_N"] = OrNull(fold.value().tension);  // infinite: null too
+  fields["base_tension_N"] = OrNull(fold.value().base_tension);
   fields["slack"] = OrNull(fold.value().slack);
   fields["closed"] = fold.value().closed;
   fields["flat_tendon_length_m"] = FlatTendonLength(layout.value());
@@ -101,7 +128,9 @@ Status RunFold(const FoldCall& call, Output& out) {
   out.Print("pull                   {:.6g}; the rigid shape's own {:.6g}", call.pull, kinematic);
   if (fold.value().scale) out.Print("scale k                {:.9g}", *fold.value().scale);
   if (fold.value().tension) {
-    out.Print("tension                {:.6g} N{}", *fold.value().tension,
+    if (fold.value().base_tension) out.Print("tension at the base    {:.6g} N", *fold.value().base_tension);
+    out.Print("tension{}{:.6g} N{}", fold.value().base_tension ? " at the tip     " : "                ",
+              *fold.value().tension,
               *fold.value().slack ? "; slack: the rest shape takes in more than this pull" : "");
   }
   out.Print("closed creases         {} of {}", fold.value().closed.size(), fold.value().angle.size());
@@ -149,6 +178,10 @@ Command MakeFoldCommand() {
                            "law of the fold angles: the paper's, or least energy under the true distances")
                 ->check(CLI::IsMember({"paper", "exact"}))
                 ->capture_default_str();
+            app.add_option("--path", call->path,
+                           "pulls that were visited before, from flat, separated by commas: with tendon "
+                           "friction the shape depends on them (law exact)")
+                ->delimiter(',');
             app.add_option("--curves", call->curves,
                            "write the tendon's oriented curve to this file (.csv or .h5; metres)");
           },

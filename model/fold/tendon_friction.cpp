@@ -127,6 +127,7 @@ Result<FrictionFold> FrictionTendon::MoveTo(double pull) {
   fold.angle = AnglesAt(tension_);
   fold.tension = tension_;
   fold.tendon_length = flat_ - Shortening(tension_);
+  fold.slack = tension_.maxCoeff() == 0 && flat_ - fold.tendon_length > pull * flat_;
   return fold;
 }
 

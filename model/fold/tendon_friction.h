@@ -15,6 +15,7 @@ struct FrictionFold {
   Eigen::VectorXd angle;     // phi_i, rad                                                       (creases)
   Eigen::VectorXd tension;   // of the tendon across each crease, from the base, N               (creases)
   double tendon_length = 0;  // hole to hole, m
+  bool slack = false;        // no tension anywhere and more taken in than the pull
 };
 
 // Quasi-static pulls and releases under law `exact` with capstan friction: across hole i the tension changes

@@ -1,6 +1,8 @@
 // tendril fold, design show, design cut: what other programs rely on, and what a wrong call gets.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -59,6 +61,29 @@ TEST(FoldCommand, TheExactLawHasATensionAndNoScale) {
   EXPECT_EQ(json.at("slack"), false);
   EXPECT_NEAR(json.at("kinematic_pull").get<double>(), 0.3, 1e-12);
   EXPECT_EQ(RunProgram({"fold", kDesigns + "paper.toml", "--pull", "0.3", "--law", "exakt"}).exit_code, 2);
+}
+
+TEST(FoldCommand, WithFrictionTheShapeDependsOnThePath) {
+  const TemporaryFolder folder;
+  const std::string design = folder / "rough.toml";
+  std::ofstream(design)
+      << "[tentacle]\ntaper = 1\nspacing_ratio = 1\nbeta_deg = 90\n[tendon]\nfriction = 0.01\n";
+  const auto angles = [&](std::vector<std::string> more) {
+    std::vector<std::string> call = {"fold", design, "--pull", "0.15", "--law", "exact", "--json"};
+    call.insert(call.end(), more.begin(), more.end());
+    const ProgramRun run = RunProgram(call);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const auto json = nlohmann::json::parse(run.out);
+    EXPECT_GT(json.at("base_tension_N").get<double>(), 0);
+    return json.at("fold_angle_rad").get<std::vector<double>>();
+  };
+  const auto pulled = angles({});
+  const auto released = angles({"--path", "0.1,0.3"});
+  EXPECT_GT(pulled.front(), pulled.back());
+  EXPECT_LT(released.front(), released.back());
+  const ProgramRun smooth =
+      RunProgram({"fold", kDesigns + "paper.toml", "--pull", "0.1", "--law", "exact", "--path", "0.3"});
+  EXPECT_EQ(smooth.exit_code, 2);
 }
 
 TEST(FoldCommand, EveryExampleDesignFolds) {
