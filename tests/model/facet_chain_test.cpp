@@ -250,5 +250,32 @@ TEST(FoldChain, ReusedStorageGivesTheSameBits) {
   EXPECT_EQ(curve.turning, f.curve.turning);
 }
 
+// A unit of two creases at angles that differ by delta, folded by phi1 and phi2 in opposite senses, turns by
+// theta with cos(theta / 2) = cos phi1 cos phi2 + sin phi1 sin phi2 cos delta; folded alike by 4 asin(sin phi
+// sin(delta / 2)).
+TEST(FoldChain, AUnitsNetRotationIsTheClosedForm) {
+  for (const double alpha : {86.0, 90.0, 140.0}) {
+    for (const double delta : {0.0, 1e-6, 15.0, 70.0, -15.0}) {
+      for (const auto& [first, second] : {std::pair{0.3, 0.3}, {1.2, 0.4}, {1e-5, 1.5}, {1.4, 1.4}}) {
+        TentacleDesign design;
+        design.holes = 3;
+        design.alpha = alpha * std::numbers::pi / 180;
+        design.beta = (alpha - delta) * std::numbers::pi / 180;
+        const FacetChain chain = FoldChain(LayOut(design).value(), Eigen::Vector2d(first, second));
+        const Eigen::Matrix3d turn =
+            chain.tentacle_from_sheet[0].linear().transpose() * chain.tentacle_from_sheet[2].linear();
+        const double theta = LogSo3(turn).norm();
+        const double d = delta * std::numbers::pi / 180;
+        EXPECT_NEAR(std::cos(0.5 * theta),
+                    std::cos(first) * std::cos(second) + std::sin(first) * std::sin(second) * std::cos(d),
+                    1e-14);
+        if (first == second) {
+          EXPECT_NEAR(theta, 4 * std::asin(std::sin(first) * std::sin(0.5 * std::abs(d))), 1e-14);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tendril
