@@ -7,23 +7,33 @@ namespace tendril {
 namespace {
 
 // x - sin x without cancellation, for x in [0, pi/2].
-double MinusSine(double x) {
-  if (x > 1) return x - std::sin(x);
+double MinusSine(double x, double sine) {
+  if (x > 1) return x - sine;
   const double y = x * x;
+  // The series' quotients 1 / ((k - 1) k), k = 17, 15, .. 5.
+  constexpr double kQuotients[] = {1.0 / 272, 1.0 / 210, 1.0 / 156, 1.0 / 110, 1.0 / 72, 1.0 / 42, 1.0 / 20};
   double sum = 1;
-  for (int k = 17; k >= 5; k -= 2) sum = 1 - sum * y / ((k - 1) * k);
-  return x * y / 6 * sum;
+  for (const double quotient : kQuotients) sum = 1 - sum * y * quotient;
+  return x * y * (1.0 / 6) * sum;
 }
 
-// s phi / g - 1 = T / critical - 1 of a crease that rests flat: rises from 0, as a product of two factors
-// whose excesses over 1 are known without cancellation.
-double Excess(const Hinge& hinge, double angle) {
+// Of a crease that rests flat: how far T is above its critical tension, and how fast that changes.
+struct Loaded {
+  double excess = 0;  // s phi / g - 1 = T / critical - 1, a product of two factors whose excesses over 1 are
+                      // known without cancellation
+  double log_slope = 0;  // d ln(phi / g) / d phi > 0
+};
+
+Loaded LoadedAt(const Hinge& hinge, double angle) {
   const double sine = std::sin(angle);
-  const double p = MinusSine(angle) / sine;
-  if (hinge.c == 0) return p;
   const double cosine = std::cos(angle);
-  const double r = hinge.c * sine * sine / (cosine * (Root(hinge, sine, cosine) + cosine));
-  return p + r + p * r;
+  const double minus_sine = MinusSine(angle, sine);
+  const double p = minus_sine / sine;
+  const double first = (angle * sine * sine / (1 + cosine) - minus_sine) / (angle * sine);
+  if (hinge.c == 0) return {p, first};
+  const double root = Root(hinge, sine, cosine);
+  const double r = hinge.c * sine * sine / (cosine * (root + cosine));
+  return {p + r + p * r, first + hinge.c * sine / (cosine * root * root)};
 }
 
 }  // namespace
@@ -58,35 +68,32 @@ double Moment(const Hinge& hinge, double angle) {
   return hinge.s * sine * cosine / Root(hinge, sine, cosine);
 }
 
-double LogSlope(const Hinge& hinge, double angle) {
-  const double sine = std::sin(angle);
-  const double half = std::sin(0.5 * angle);
-  const double first = (2 * angle * half * half - MinusSine(angle)) / (angle * sine);
-  if (hinge.c == 0) return first;
-  const double cosine = std::cos(angle);
-  const double root = Root(hinge, sine, cosine);
-  return first + hinge.c * sine / (cosine * root * root);
-}
+double LogSlope(const Hinge& hinge, double angle) { return LoadedAt(hinge, angle).log_slope; }
 
 double ExcessCoefficient(const Hinge& hinge) { return 1.0 / 6 + 0.5 * hinge.c; }
 
-// Newton's method on the logarithms, kept between bounds.
+// Newton's method on the logarithms, kept between bounds, from the first two terms of the excess, k y + m y^2
+// in y = phi^2, inverted.
 double AngleOfExcess(const Hinge& hinge, double x) {
-  double angle = std::sqrt(x / ExcessCoefficient(hinge));  // above the root: higher terms are positive
+  const double k = ExcessCoefficient(hinge);
+  const double m = 7.0 / 360 + hinge.c * (5.0 / 12 - 0.125 * hinge.c);
+  double angle = std::sqrt(x / (k + m / k * x));
   if (angle < 1e-8) return angle;
   double low = 0;
   double high = hinge.limit;
   if (!(angle < high)) angle = 0.5 * high;
-  const double wanted = std::log1p(x);
   for (int iteration = 0; iteration < 100; ++iteration) {
-    const double off = std::log1p(Excess(hinge, angle)) - wanted;
+    const Loaded at = LoadedAt(hinge, angle);
+    const double off = std::log1p((at.excess - x) / (1 + x));
     (off > 0 ? high : low) = angle;
-    const double step = off / LogSlope(hinge, angle);
+    const double step = off / at.log_slope;
     if (std::abs(step) <= 2e-16 * angle) break;
     double next = angle - step;
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     if (next == angle) break;
     angle = next;
+    // Quadratic convergence, in the distance from either end: the rest is below rounding.
+    if (std::abs(step) <= 1e-9 * std::min(angle, kClosedFlat - angle)) break;
   }
   return angle;
 }
