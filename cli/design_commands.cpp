@@ -100,13 +100,13 @@ Status RunCut(const CutCall& call, Output& out) {
   if (!call.svg.empty()) {
     if (Status done = WriteCutSvg(call.svg, pattern.value(), title); !done.ok()) return done;
     fields["svg"] = call.svg;
-    out.Print("{}: {:.2f} x {:.2f} mm, layers CUT, CREASE, HOLE", call.svg, 1e3 * pattern.value().length,
-              1e3 * pattern.value().width);
+    out.Print("{}: {:.2f} x {:.2f} mm, layers CUT, HOLE, CREASE_M, CREASE_V", call.svg,
+              1e3 * pattern.value().length, 1e3 * pattern.value().width);
   }
   if (!call.dxf.empty()) {
     if (Status done = WriteCutDxf(call.dxf, pattern.value()); !done.ok()) return done;
     fields["dxf"] = call.dxf;
-    out.Print("{}: DXF R12 in millimetres, layers CUT, CREASE, HOLE", call.dxf);
+    out.Print("{}: DXF R12 in millimetres, layers CUT, HOLE, CREASE_M, CREASE_V", call.dxf);
   }
   return Ok{};
 }

@@ -29,6 +29,8 @@ std::string Escaped(const std::string& text) {
   return out;
 }
 
+const char* CreaseLayer(bool mountain) { return mountain ? "CREASE_M" : "CREASE_V"; }
+
 }  // namespace
 
 std::string CutSvg(const CutPattern& pattern, const std::string& title) {
@@ -49,18 +51,22 @@ std::string CutSvg(const CutPattern& pattern, const std::string& title) {
       "width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" overflow=\"visible\">\n<title>{2}</title>\n",
       Mm(pattern.length), Mm(pattern.width), Escaped(title));
 
-  out += layer("CREASE", "#0000ff");
-  for (const CutCrease& crease : pattern.creases) {
-    out += fmt::format("<path class=\"{}\" d=\"", crease.mountain ? "mountain" : "valley");
-    for (const CutDash& dash : crease.dashes) out += "M" + at(dash.from) + "L" + at(dash.to);
-    out += "\"/>\n";
+  for (const bool mountain : {true, false}) {
+    out += layer(CreaseLayer(mountain), mountain ? "#ff0000" : "#0000ff");
+    for (const CutCrease& crease : pattern.creases) {
+      if (crease.mountain != mountain) continue;
+      out += "<path d=\"";
+      for (const CutDash& dash : crease.dashes) out += "M" + at(dash.from) + "L" + at(dash.to);
+      out += "\"/>\n";
+    }
+    out += "</g>\n";
   }
-  out += "</g>\n" + layer("HOLE", "#008000");
+  out += layer("HOLE", "#008000");
   for (Eigen::Index i = 0; i < pattern.holes.cols(); ++i) {
     out += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n", Mm(pattern.holes(0, i)),
                        Mm(pattern.width - pattern.holes(1, i)), Mm(0.5 * pattern.hole_diameter));
   }
-  out += "</g>\n" + layer("CUT", "#ff0000") + "<path d=\"";
+  out += "</g>\n" + layer("CUT", "#000000") + "<path d=\"";
   for (Eigen::Index i = 0; i < pattern.outline.cols(); ++i) {
     out += (i == 0 ? "M" : "L") + at(pattern.outline.col(i));
   }
@@ -91,8 +97,9 @@ std::string CutDxf(const CutPattern& pattern) {
   add(0, "LTYPE"), add(2, "CONTINUOUS"), add(70, "0"), add(3, "Solid line"), add(72, "65"), add(73, "0");
   add(40, "0.0");
   add(0, "ENDTAB");
-  add(0, "TABLE"), add(2, "LAYER"), add(70, "3");
-  for (const auto& [name, colour] : {std::pair{"CUT", "1"}, {"CREASE", "5"}, {"HOLE", "3"}}) {
+  add(0, "TABLE"), add(2, "LAYER"), add(70, "4");
+  for (const auto& [name, colour] :
+       {std::pair{"CUT", "7"}, {"HOLE", "3"}, {"CREASE_M", "1"}, {"CREASE_V", "5"}}) {
     add(0, "LAYER"), add(2, name), add(70, "0"), add(62, colour), add(6, "CONTINUOUS");
   }
   add(0, "ENDTAB"), add(0, "ENDSEC");
@@ -100,7 +107,7 @@ std::string CutDxf(const CutPattern& pattern) {
   add(0, "SECTION"), add(2, "ENTITIES");
   for (const CutCrease& crease : pattern.creases) {
     for (const CutDash& dash : crease.dashes) {
-      add(0, "LINE"), add(8, "CREASE");
+      add(0, "LINE"), add(8, CreaseLayer(crease.mountain));
       point(10, dash.from), point(11, dash.to);
     }
   }

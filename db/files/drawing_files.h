@@ -1,7 +1,8 @@
 #pragma once
 // A cut pattern as files that a plotter's software opens: SVG in millimetres with a group per layer
-// (Inkscape's layers), and DXF R12 (AC1009) in millimetres. Layers CUT (outline), CREASE (real dash segments,
-// not a line style), HOLE (circles).
+// (Inkscape's layers), and DXF R12 (AC1009) in millimetres. Layers CUT (outline), HOLE (circles),
+// CREASE_M and CREASE_V (mountains and valleys seen from the drawn, outer face: real dash segments, not a
+// line style).
 
 #include <filesystem>
 #include <string>

@@ -1,18 +1,14 @@
 #include "model/fold/cut_pattern.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
+#include "model/fold/crease_pattern.h"
+#include "model/fold/millimetres.h"
+
 namespace tendril {
 namespace {
-
-std::string Mm(double metres) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, 1e3 * metres, std::chars_format::general, 6);
-  return std::string(text, end.ptr) + " mm";
-}
 
 // Crease i's ends on the edges y < 0 and y > 0, in the sheet's frame: the corners that facets i and i+1
 // share.
@@ -24,29 +20,8 @@ Eigen::Vector3d UpperEnd(const TentacleLayout& layout, Eigen::Index i) { return 
 std::vector<std::string> WhyNotCut(const TentacleDesign& design, const TentacleLayout& layout) {
   const Eigen::Index creases = layout.crease_z.size();
   const double radius = 0.5 * design.hole_diameter;
-  const auto from_base = [&](double z) { return Mm(z - layout.base_z) + " from the base end"; };
-  std::optional<std::string> leaves, cross, wide, hit, beyond;
-
-  for (Eigen::Index i = 0; i < creases; ++i) {
-    const std::string crease = "crease " + std::to_string(i);
-    const std::string place = from_base(layout.crease_z[i]);
-    for (const Eigen::Vector3d& end : {LowerEnd(layout, i), UpperEnd(layout, i)}) {
-      const double edge = 0.5 * WidthAt(design, layout, end.z());
-      const bool at_cut_end = end.z() <= layout.base_z || end.z() >= layout.tip_z;
-      if (!leaves && (at_cut_end || std::abs(end.y()) < edge * (1 - 1e-9))) {
-        leaves = crease + ", " + place + ", leaves through the ";
-        *leaves += end.z() < layout.crease_z[i] ? "base" : "tip";
-        *leaves += " end instead of the ribbon's edge: take a steeper angle or a longer sheet";
-      }
-    }
-    // Creases run from edge to edge: two of them cross exactly if they come in another order on one edge.
-    if (!cross && i > 0 &&
-        (LowerEnd(layout, i).z() <= LowerEnd(layout, i - 1).z() ||
-         UpperEnd(layout, i).z() <= UpperEnd(layout, i - 1).z())) {
-      cross = "creases " + std::to_string(i - 1) + " and " + std::to_string(i) + " cross or meet, " + place +
-              ": take steeper angles, a longer unit or a narrower ribbon";
-    }
-  }
+  const auto from_base = [&](double z) { return Millimetres(z - layout.base_z) + " from the base end"; };
+  std::optional<std::string> wide, hit, beyond;
 
   for (Eigen::Index i = 0; i <= creases; ++i) {
     const std::string hole = "hole " + std::to_string(i);
@@ -54,8 +29,8 @@ std::vector<std::string> WhyNotCut(const TentacleDesign& design, const TentacleL
     const double narrowest =
         std::min(WidthAt(design, layout, z - radius), WidthAt(design, layout, z + radius));
     if (!wide && design.hole_diameter >= narrowest) {
-      wide = hole + ", " + from_base(z) + ", is " + Mm(design.hole_diameter) + " wide where the ribbon is " +
-             Mm(narrowest) + ": take a smaller hole_diameter";
+      wide = hole + ", " + from_base(z) + ", is " + Millimetres(design.hole_diameter) +
+             " wide where the ribbon is " + Millimetres(narrowest) + ": take a smaller hole_diameter";
     }
     if (!beyond && (z - radius <= layout.base_z || z + radius >= layout.tip_z)) {
       beyond = hole + ", " + from_base(z) + ", reaches over the cut end: take a longer sheet";
@@ -65,12 +40,12 @@ std::vector<std::string> WhyNotCut(const TentacleDesign& design, const TentacleL
       const double distance = std::abs(layout.crease_z[j] - z) * std::sin(layout.crease_angle[j]);
       if (distance > radius) continue;
       hit = hole + ", " + from_base(z) + ", meets crease " + std::to_string(j) + ", which is " +
-            Mm(distance) + " from its centre: take a smaller hole_diameter or a larger spacing";
+            Millimetres(distance) + " from its centre: take a smaller hole_diameter or a larger spacing";
     }
   }
 
-  std::vector<std::string> reasons;
-  for (auto* reason : {&cross, &leaves, &wide, &hit, &beyond}) {
+  std::vector<std::string> reasons = WhyNoFacets(design, layout);
+  for (auto* reason : {&wide, &hit, &beyond}) {
     if (*reason) reasons.push_back(**reason);
   }
   return reasons;
@@ -79,7 +54,8 @@ std::vector<std::string> WhyNotCut(const TentacleDesign& design, const TentacleL
 Result<CutPattern> CutPatternOf(const TentacleDesign& design, const PerforationOptions& options) {
   const auto bad = [](const std::string& message) { return Error{ErrorKind::kBadInput, message}; };
   if (!(options.dash > 0 && options.gap > 0 && std::isfinite(options.dash) && std::isfinite(options.gap))) {
-    return bad("dash = " + Mm(options.dash) + ", gap = " + Mm(options.gap) + ": expected both above 0 mm");
+    return bad("dash = " + Millimetres(options.dash) + ", gap = " + Millimetres(options.gap) +
+               ": expected both above 0 mm");
   }
   const Result<TentacleLayout> laid_out = LayOut(design);
   if (!laid_out.ok()) return laid_out.error();
@@ -111,8 +87,8 @@ Result<CutPattern> CutPatternOf(const TentacleDesign& design, const PerforationO
     const Eigen::Vector2d to = drawn(LowerEnd(layout, i));
     const double length = (to - from).norm();
     if (length <= options.gap) {
-      return bad("crease " + std::to_string(i) + " is " + Mm(length) + " long: expected more than the gap, " +
-                 Mm(options.gap));
+      return bad("crease " + std::to_string(i) + " is " + Millimetres(length) +
+                 " long: expected more than the gap, " + Millimetres(options.gap));
     }
     // Whole dashes, centred, so that what stays at either edge is half a gap or more; a crease too short for
     // a whole one gets a shorter one.
@@ -122,7 +98,7 @@ Result<CutPattern> CutPatternOf(const TentacleDesign& design, const PerforationO
     const double margin = 0.5 * (length - count * dash - (count - 1) * options.gap);
     const Eigen::Vector2d along = (to - from) / length;
     CutCrease crease;
-    crease.mountain = i % 2 == 0;
+    crease.mountain = IsMountain(static_cast<int>(i));
     for (int k = 0; k < count; ++k) {
       const double begin = margin + k * step;
       crease.dashes.push_back({from + begin * along, from + (begin + dash) * along});

@@ -62,8 +62,11 @@ TEST(CutDxf, HoldsOutlineCreasesAndHolesInMillimetres) {
       EXPECT_NEAR(e[40], 1, 1e-5);
       ++holes;
     } else if (e.type == "LINE") {
-      EXPECT_EQ(e.values.at(8), "CREASE");
       EXPECT_NEAR(std::hypot(e[11] - e[10], e[21] - e[20]), 1, 1e-4);
+      // Every second crease is a valley. An oblique one runs up to 2.7 mm to either side of its middle.
+      const double places = (0.5 * (e[10] + e[11]) - 25) / 15;
+      EXPECT_NEAR(places, std::round(places), 0.2);
+      EXPECT_EQ(e.values.at(8), std::lround(places) % 2 == 0 ? "CREASE_M" : "CREASE_V");
       ++dashes;
     } else if (e.type == "POLYLINE") {
       EXPECT_EQ(e.values.at(70), "1");  // closed
@@ -87,7 +90,7 @@ TEST(CutSvg, IsDrawnAtTrueSizeWithALayerPerTool) {
   EXPECT_NE(svg.find("width=\"750.00000mm\" height=\"20.00000mm\" viewBox=\"0 0 750.00000 20.00000\""),
             std::string::npos);
   EXPECT_NE(svg.find("<title>a &lt; b &amp; c</title>"), std::string::npos);
-  for (const char* layer : {"CUT", "CREASE", "HOLE"}) {
+  for (const char* layer : {"CUT", "HOLE", "CREASE_M", "CREASE_V"}) {
     EXPECT_NE(svg.find("inkscape:label=\"" + std::string(layer) + "\""), std::string::npos);
   }
   int circles = 0;
