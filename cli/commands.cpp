@@ -10,6 +10,7 @@
 #include "cli/lab_commands.h"
 #include "cli/link_command.h"
 #include "cli/plot_commands.h"
+#include "cli/plot_shapes_command.h"
 #include "cli/record_command.h"
 #include "cli/stats_command.h"
 #include "cli/track_command.h"
@@ -42,6 +43,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakePlotCurvatureCommand());
   all.push_back(MakePlotLinkCommand());
   all.push_back(MakePlotRatesCommand());
+  all.push_back(MakePlotShapesCommand());
   all.push_back(MakeDbCheckCommand());
   all.push_back(MakeDemoCommand());
   return all;

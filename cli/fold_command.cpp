@@ -1,18 +1,19 @@
 // tendril fold: the shape that a design takes at a given pull.
 #include "cli/fold_command.h"
 
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <vector>
 
+#include "cli/fold_answer.h"
 #include "db/files/curve_files.h"
 #include "db/files/design_toml.h"
-#include "model/fold/exact_law.h"
+#include "db/files/origami_files.h"
+#include "model/fold/crease_pattern.h"
 #include "model/fold/facet_chain.h"
 #include "model/fold/facet_overlap.h"
-#include "model/fold/fold.h"
-#include "model/fold/tendon_friction.h"
 
 namespace tendril::cli {
 namespace {
@@ -25,51 +26,10 @@ struct FoldCall {
   std::string law = "paper";
   std::vector<double> path;
   std::string curves;
+  std::string fold;
+  int frames = 10;
+  std::string origami_svg;
 };
-
-// What either law answers; none: it has no such thing.
-struct FoldAnswer {
-  Eigen::VectorXd angle;
-  std::vector<int> closed;
-  double tendon_length = 0;
-  std::optional<double> scale;
-  std::optional<double> tension;
-  std::optional<bool> slack;
-  std::optional<double> base_tension;  // where friction makes it another
-};
-
-// From flat through the path to the pull.
-Result<FoldAnswer> SolveWithFriction(const FoldCall& call, const TentacleDesign& design) {
-  Result<FrictionTendon> tendon = FrictionTendon::Make(design);
-  if (!tendon.ok()) return tendon.error();
-  for (const double pull : call.path) {
-    if (const auto on_the_way = tendon.value().MoveTo(pull); !on_the_way.ok()) return on_the_way.error();
-  }
-  const Result<FrictionFold> fold = tendon.value().MoveTo(call.pull);
-  if (!fold.ok()) return fold.error();
-  const FrictionFold& f = fold.value();
-  FoldAnswer answer{f.angle, {},          f.tendon_length, std::nullopt, f.tension.tail<1>()[0],
-                    f.slack, f.tension[0]};
-  for (Eigen::Index i = 0; i < f.angle.size(); ++i) {
-    if (f.angle[i] >= design.closed_angle) answer.closed.push_back(static_cast<int>(i));
-  }
-  return answer;
-}
-
-Result<FoldAnswer> Solve(const FoldCall& call, const TentacleDesign& design, const TentacleLayout& layout) {
-  if (call.law == "paper") {
-    const Result<Fold> fold = SolveFold(layout, design.base_width, design.closed_angle, call.pull);
-    if (!fold.ok()) return fold.error();
-    const Fold& f = fold.value();
-    return FoldAnswer{f.angle, f.closed, f.tendon_length, f.scale, std::nullopt, std::nullopt, std::nullopt};
-  }
-  if (design.tendon_friction > 0) return SolveWithFriction(call, design);
-  const Result<ExactFold> fold = SolveExactFold(layout, HingeStiffness(design, layout), design.rest_angle,
-                                                design.closed_angle, call.pull);
-  if (!fold.ok()) return fold.error();
-  const ExactFold& f = fold.value();
-  return FoldAnswer{f.angle, f.closed, f.tendon_length, std::nullopt, f.tension, f.slack, std::nullopt};
-}
 
 template <class T>
 nlohmann::ordered_json OrNull(const std::optional<T>& value) {
@@ -88,6 +48,38 @@ void PrintAngles(const Eigen::VectorXd& angle, Output& out) {
   }
 }
 
+// Files for programs that fold paper: pulls at equal steps, from the last of the path to the call's own.
+Status WriteForOrigami(const FoldCall& call, const TentacleDesign& design, const TentacleLayout& layout,
+                       const Eigen::VectorXd& angle, Output& out) {
+  const Result<CreasePattern> pattern = CreasePatternOf(design, layout);
+  if (!pattern.ok()) return Error(pattern.error()).Within(call.design);
+  if (!call.fold.empty()) {
+    std::vector<FoldedFrame> frames;
+    const double from = call.path.empty() ? 0 : call.path.back();
+    for (int i = 1; i <= call.frames; ++i) {
+      const double pull = i == call.frames ? call.pull : from + (call.pull - from) * i / call.frames;
+      const Result<FoldAnswer> fold = AnswerFold(call.law, design, layout, call.path, pull);
+      if (!fold.ok()) return Error(fold.error()).Within(call.design);
+      frames.push_back({fmt::format("pull {:.6g}", pull), fold.value().angle,
+                        FoldedVertices(layout, FoldChain(layout, fold.value().angle))});
+    }
+    const Status written =
+        WriteFoldText(call.fold, pattern.value(), frames, std::filesystem::path(call.design).stem().string(),
+                      "tendril " TENDRIL_VERSION);
+    if (!written.ok()) return written.error();
+    out.fields()["fold"] = call.fold;
+    out.Print("FOLD 1.2               {}: crease pattern and {} folded form{}", call.fold, frames.size(),
+              frames.size() == 1 ? "" : "s");
+  }
+  if (!call.origami_svg.empty()) {
+    const Status written = WriteOrigamiSvg(call.origami_svg, pattern.value(), angle);
+    if (!written.ok()) return written.error();
+    out.fields()["origami_svg"] = call.origami_svg;
+    out.Print("for Origami Simulator  {}", call.origami_svg);
+  }
+  return Ok{};
+}
+
 Status RunFold(const FoldCall& call, Output& out) {
   const auto design = ReadDesign(call.design);
   if (!design.ok()) return design.error();
@@ -97,7 +89,7 @@ Status RunFold(const FoldCall& call, Output& out) {
   }
   const auto layout = LayOut(design.value());
   if (!layout.ok()) return Error(layout.error()).Within(call.design);
-  const Result<FoldAnswer> fold = Solve(call, design.value(), layout.value());
+  const Result<FoldAnswer> fold = AnswerFold(call.law, design.value(), layout.value(), call.path, call.pull);
   if (!fold.ok()) return Error(fold.error()).Within(call.design);
 
   const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
@@ -158,7 +150,8 @@ Status RunFold(const FoldCall& call, Output& out) {
     fields["curves"] = call.curves;
     out.Print("oriented tendon curve  {}", call.curves);
   }
-  return Ok{};
+  if (call.fold.empty() && call.origami_svg.empty()) return Ok{};
+  return WriteForOrigami(call, design.value(), layout.value(), fold.value().angle, out);
 }
 
 }  // namespace
@@ -184,6 +177,13 @@ Command MakeFoldCommand() {
                 ->delimiter(',');
             app.add_option("--curves", call->curves,
                            "write the tendon's oriented curve to this file (.csv or .h5; metres)");
+            app.add_option("--fold", call->fold,
+                           "write the crease pattern and folded forms up to this pull (FOLD 1.2, metres)");
+            app.add_option("--frames", call->frames, "folded forms in the --fold file (count)")
+                ->check(CLI::Range(1, 10000))
+                ->capture_default_str();
+            app.add_option("--origami-svg", call->origami_svg,
+                           "write the crease pattern with its target angles for Origami Simulator (SVG)");
           },
       .run = [call](Output& out) { return RunFold(*call, out); },
   };

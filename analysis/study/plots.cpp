@@ -67,10 +67,30 @@ std::string DataBlocks(const Panel& panel, size_t number) {
   return text;
 }
 
+// Polygons and text are objects and labels of the panel, counted from 1.
+std::string PanelObjects(const Panel& panel) {
+  std::string text = "unset object\nunset label\n";
+  for (size_t i = 0; i < panel.polygons.size(); ++i) {
+    const PlotPolygon& polygon = panel.polygons[i];
+    text += fmt::format("set object {} polygon", i + 1);
+    for (size_t k = 0; k <= polygon.x.size(); ++k) {
+      const size_t at = k % polygon.x.size();
+      text += fmt::format("{} {:.9g},{:.9g}", k == 0 ? " from" : " to", polygon.x[at], polygon.y[at]);
+    }
+    text += fmt::format(" front fc rgb {} fs solid 1 border lc rgb '#333333' lw 0.4\n", Quoted(polygon.fill));
+  }
+  for (size_t i = 0; i < panel.texts.size(); ++i) {
+    const PlotText& t = panel.texts[i];
+    text += fmt::format("set label {} {} at {:.9g},{:.9g} center front\n", i + 1, Quoted(t.text), t.x, t.y);
+  }
+  return text;
+}
+
 std::string PanelCommands(const Panel& panel, size_t number) {
   std::string text = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset xrange {}\nset yrange {}\n",
                                  Quoted(panel.title), Quoted(panel.x_label), Quoted(panel.y_label),
                                  Range(panel.x_range), Range(panel.y_range));
+  text += PanelObjects(panel);
   text += panel.equal_axes ? "set size ratio -1\n" : "set size noratio\n";
   std::string bands;
   std::string marks;
@@ -102,6 +122,7 @@ std::string PanelCommands(const Panel& panel, size_t number) {
   }
   const std::string all = bands + marks;
   // Nothing to show: empty axes, on which a line beyond the range leaves no mark.
+  if (all.empty() && !panel.polygons.empty()) return text + "plot NaN notitle\n";
   if (all.empty()) return text + "set xrange [0:1]\nset yrange [0:1]\nplot 2 notitle\n";
   return text + "plot " + all.substr(0, all.size() - 2) + "\n";
 }
@@ -152,6 +173,11 @@ Status RunGnuplot(const fs::path& script, const fs::path& messages) {
 Status Check(const Figure& figure) {
   if (figure.panels.empty()) return Error{ErrorKind::kBadInput, "a figure needs at least one panel"};
   for (const Panel& panel : figure.panels) {
+    for (const PlotPolygon& polygon : panel.polygons) {
+      if (!polygon.x.empty() && polygon.x.size() == polygon.y.size() && panel.x_range && panel.y_range)
+        continue;
+      return Error{ErrorKind::kBadInput, "a polygon needs as many x as y, and a panel with both ranges"};
+    }
     for (const PlotSeries& s : panel.series) {
       const bool bars = s.low.empty() && s.high.empty();
       if (s.x.size() == s.y.size() && (bars || (s.low.size() == s.x.size() && s.high.size() == s.x.size())))

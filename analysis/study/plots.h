@@ -26,11 +26,26 @@ struct PlotSeries {
   int color = -1;  // of the palette, 0 .. 7; -1: the series' place in the panel
 };
 
+// A filled outline; later ones cover earlier ones.
+struct PlotPolygon {
+  std::vector<double> x = {};
+  std::vector<double> y = {};
+  std::string fill = {};  // "#rrggbb"
+};
+
+struct PlotText {
+  double x = 0;
+  double y = 0;  // its middle
+  std::string text = {};
+};
+
 struct Panel {
   std::string title = {};
   std::string x_label = {};  // with the unit
   std::string y_label = {};
   std::vector<PlotSeries> series = {};
+  std::vector<PlotPolygon> polygons = {};  // need both ranges
+  std::vector<PlotText> texts = {};
   bool equal_axes = false;  // one metre is as long on x as on y
   std::optional<std::pair<double, double>> x_range = {};
   std::optional<std::pair<double, double>> y_range = {};
@@ -44,7 +59,7 @@ struct Figure {
 };
 
 // Draws into `file`, .svg or .png by its extension; written beside it and renamed.
-//   errors  kBadInput  another extension, no panel, a series whose arrays differ in length
+//   errors  kBadInput  another extension, no panel, a series or polygon whose arrays differ in length
 //           kIo        gnuplot is missing or fails (its message), the disk
 Status DrawFigure(const Figure& figure, const std::filesystem::path& file);
 

@@ -85,5 +85,21 @@ TEST(DrawFigure, EmptySeriesGiveAnEmptyPanel) {
   EXPECT_TRUE(done.ok()) << done.error().message;
 }
 
+TEST(DrawFigure, PolygonsNeedRangesAndEqualArrays) {
+  const TemporaryFolder folder;
+  Figure figure{
+      .panels = {{.title = "shape", .polygons = {{.x = {0, 1, 1}, .y = {0, 0, 1}, .fill = "#aabbcc"}}}}};
+  EXPECT_FALSE(DrawFigure(figure, folder / "a.svg").ok());
+  figure.panels[0].x_range = figure.panels[0].y_range = {{-1, 2}};
+  figure.panels[0].texts = {{.x = 0.5, .y = 1.5, .text = "it's a triangle"}};
+  const Status done = DrawFigure(figure, folder / "a.svg");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const std::string text = ReadText(folder / "a.svg");
+  EXPECT_THAT(text, testing::HasSubstr("it's a triangle"));
+  EXPECT_THAT(text, testing::HasSubstr("rgb(170, 187, 204)"));
+  figure.panels[0].polygons[0].y.pop_back();
+  EXPECT_FALSE(DrawFigure(figure, folder / "b.svg").ok());
+}
+
 }  // namespace
 }  // namespace tendril

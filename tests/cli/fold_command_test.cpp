@@ -149,5 +149,45 @@ TEST(DesignCommands, CutWritesBothDrawings) {
   EXPECT_NE(ReadText(folder / "a.dxf").find("AC1009"), std::string::npos);
 }
 
+TEST(FoldCommand, WritesFilesForProgramsThatFoldPaper) {
+  const TemporaryFolder folder;
+  const std::string fold = folder / "a.fold", svg = folder / "a.svg";
+  const ProgramRun run = RunProgram({"fold", kDesigns + "coiling.toml", "--pull", "0.3", "--fold", fold,
+                                     "--frames", "3", "--origami-svg", svg, "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out);
+  EXPECT_EQ(answer.at("fold"), fold);
+  const auto file = nlohmann::json::parse(ReadText(fold));
+  ASSERT_EQ(file.at("file_frames").size(), 3u);
+  EXPECT_EQ(file["file_frames"][2]["frame_title"], "pull 0.3");
+  // The last folded form is this pull's shape: degrees of the whole outer angle.
+  for (size_t i = 0; i < 48; ++i) {
+    const double phi = answer["fold_angle_rad"][i];
+    EXPECT_NEAR(std::abs(file["file_frames"][2]["edges_foldAngle"][i].get<double>()), phi * 360 / M_PI, 1e-9);
+  }
+  EXPECT_NE(ReadText(svg).find("<line "), std::string::npos);
+
+  const std::string narrow = folder / "crossing.toml";
+  WriteText(narrow, "[tentacle]\nbeta_deg = 15\n");
+  const ProgramRun refused = RunProgram({"fold", narrow, "--pull", "0.1", "--fold", folder / "b.fold"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("creases 0 and 1 cross or meet"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.fold"));
+}
+
+TEST(PlotShapesCommand, DrawsEveryDesignByBothLaws) {
+  const TemporaryFolder folder;
+  const std::string svg = folder / "strip.svg";
+  const ProgramRun run = RunProgram({"plot", "shapes", kDesigns + "uniform.toml", kDesigns + "coiling.toml",
+                                     "--pulls", "0,0.3,0.97", "--out", svg});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string text = ReadText(svg);
+  for (const char* title : {"uniform, law paper", "uniform, law exact", "coiling, law paper",
+                            "coiling, law exact", "0.97: beyond reach"}) {
+    EXPECT_NE(text.find(title), std::string::npos) << title;
+  }
+  EXPECT_EQ(RunProgram({"plot", "shapes", folder / "none.toml", "--out", svg}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace tendril
