@@ -51,8 +51,8 @@ Status RunShapes(const ShapesCall& call, Output& out) {
     length = std::max(length, design.value().length);
     width = std::max(width, design.value().base_width * std::max(1.0, design.value().taper));
   }
-  const double step = std::max(0.3 * length, 2 * width);
-  Figure figure{.columns = static_cast<int>(laws.size()), .panel_width_px = 1000, .panel_height_px = 620};
+  const double step = std::max(0.42 * length, 2 * width);
+  Figure figure{.columns = static_cast<int>(laws.size()), .panel_width_px = 1250, .panel_height_px = 620};
   for (size_t d = 0; d < designs.size(); ++d) {
     const auto layout = LayOut(designs[d]);
     if (!layout.ok()) return Error(layout.error()).Within(call.designs[d]);

@@ -55,18 +55,24 @@ struct SolidAngle {
 // from the two triangles that make up the quadrilateral. p is taken from the shortest of the four
 // differences, which all have the same triple product. Source: Klenin and Langowski 2000 (the quadrilateral),
 // Van Oosterom and Strackee 1983 (its triangles).
+//   lengths  of the differences between p1 .. p4 below, known to the caller that goes over many pairs
 template <class T>
-SolidAngle<T> SegmentSegmentAngle(const Vec3<T>& p1, const Vec3<T>& p2, const Vec3<T>& p3,
-                                  const Vec3<T>& p4) {
+struct PairLengths {
+  T a, b, c, d, r12, r34;
+};
+
+template <class T>
+SolidAngle<T> SegmentSegmentAngle(const Vec3<T>& p1, const Vec3<T>& p2, const Vec3<T>& p3, const Vec3<T>& p4,
+                                  const PairLengths<T>& lengths) {
   constexpr T kUlp = std::numeric_limits<T>::epsilon();
   constexpr T kPi = std::numbers::pi_v<T>;
   const Vec3<T> a = p3 - p1, b = p4 - p1, c = p4 - p2, d = p3 - p2, r12 = p2 - p1, r34 = p4 - p3;
-  const T na = Norm(a), nb = Norm(b), nc = Norm(c), nd = Norm(d);
+  const T na = lengths.a, nb = lengths.b, nc = lengths.c, nd = lengths.d;
   const Vec3<T>& ab = na <= nb ? a : b;
   const Vec3<T>& cd = nc <= nd ? c : d;
   const T nab = std::min(na, nb), ncd = std::min(nc, nd);
   const T p = Dot(nab <= ncd ? ab : cd, Cross(r34, r12));
-  const T size = std::min(nab, ncd) * Norm(r12) * Norm(r34);
+  const T size = std::min(nab, ncd) * lengths.r12 * lengths.r34;
   const T ca = Dot(c, a);
   const T n1 = na * nb * nc;
   const T n2 = na * nd * nc;
@@ -77,10 +83,19 @@ SolidAngle<T> SegmentSegmentAngle(const Vec3<T>& p1, const Vec3<T>& p2, const Ve
     return {T(0), 2 * T(kCoplanar) * size * (1 / d1 + 1 / d2), false};
   }
   const T angle = 2 * std::atan2(p * (d1 + d2), d1 * d2 - p * p);
+  // 23 instead of 16 sqrt(2): the sums of magnitudes stand for the roots of the sums of squares.
+  const T m1 = std::abs(p) + std::abs(d1), m2 = std::abs(p) + std::abs(d2);
   const T error =
-      16 * kUlp * ((n1 + size) / std::sqrt(p * p + d1 * d1) + (n2 + size) / std::sqrt(p * p + d2 * d2)) +
-      4 * kUlp * std::abs(angle);
+      23 * kUlp * (((n1 + size) * m2 + (n2 + size) * m1) / (m1 * m2)) + 4 * kUlp * std::abs(angle);
   return {angle, std::min(error, 4 * kPi), false};
+}
+
+template <class T>
+SolidAngle<T> SegmentSegmentAngle(const Vec3<T>& p1, const Vec3<T>& p2, const Vec3<T>& p3,
+                                  const Vec3<T>& p4) {
+  return SegmentSegmentAngle(
+      p1, p2, p3, p4,
+      {Norm(p3 - p1), Norm(p4 - p1), Norm(p4 - p2), Norm(p3 - p2), Norm(p2 - p1), Norm(p4 - p3)});
 }
 
 // The ray from the origin along the unit vector u against the great arc from a to b (vectors from the ray's

@@ -6,13 +6,15 @@
 
 #include "analysis/link/link.h"
 #include "analysis/link/link_kernel.h"
+#include "analysis/link/link_tree.h"
 
 namespace tendril {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kNearRays = 1e-6;  // rays closer than this to parallel or to meeting are flagged
+constexpr size_t kTreePairs = 1 << 16;  // from here on the tree is faster (bench/link, rows Tree)
+constexpr double kNearRays = 1e-6;      // rays closer than this to parallel or to meeting are flagged
 
 struct Sum {
   double angle = 0;
@@ -125,23 +127,64 @@ Strand CutWherePassing(const Strand& s, const Strand& other) {
   return cut;
 }
 
+// Two rows of distances from neighbouring nodes of a to b's nodes serve all pairs of a row.
+void AddBlock(Sum& sum, const Strand& a, const SegmentRange& a_range, const Strand& b,
+              const SegmentRange& b_range) {
+  const size_t nodes = b_range.end - b_range.first + 1;
+  std::vector<double> here(nodes), next(nodes), b_length(nodes);
+  const auto distances = [&](const Vec3<double>& from, std::vector<double>& row) {
+    for (size_t j = 0; j < nodes; ++j) row[j] = Norm(b.node(b_range.first + j) - from);
+  };
+  for (size_t j = 0; j + 1 < nodes; ++j) {
+    b_length[j] = Norm(b.node(b_range.first + j + 1) - b.node(b_range.first + j));
+  }
+  distances(a.node(a_range.first), next);
+  for (size_t i = a_range.first; i < a_range.end; ++i) {
+    here.swap(next);
+    const Vec3<double> p1 = a.node(i), p2 = a.node(i + 1);
+    distances(p2, next);
+    const double a_length = Norm(p2 - p1);
+    for (size_t j = 0; j + 1 < nodes; ++j) {
+      const Vec3<double> p3 = b.node(b_range.first + j), p4 = b.node(b_range.first + j + 1);
+      const SolidAngle<double> angle = SegmentSegmentAngle(
+          p1, p2, p3, p4, {here[j], here[j + 1], next[j + 1], next[j], a_length, b_length[j]});
+      sum.Add(angle, 1, angle.on_edge ? KindOfContact(p1, p2, p3, p4) : kTouching);
+    }
+  }
+}
+
 void AddBodies(Sum& sum, const Strand& a_given, const Strand& b_given, LinkMethod method) {
   const Strand a = CutWherePassing(a_given, b_given), b = CutWherePassing(b_given, a_given);
   if (method == LinkMethod::kFast) {
+    if ((a.nodes() - 1) * (b.nodes() - 1) >= kTreePairs) {
+      const TreeSum tree = SumByTree(a, b);
+      sum.angle += tree.angle;
+      for (const TreeSum::Block& block : tree.doubtful) AddBlock(sum, a, block.a, b, block.b);
+      return;
+    }
     const AngleSum fast = SumSegmentAngles(Arrays(a), Arrays(b));
     if (!fast.suspicious) {
       sum.angle += fast.angle;
       return;
     }
   }
-  for (size_t i = 0; i + 1 < a.nodes(); ++i) {
-    for (size_t j = 0; j + 1 < b.nodes(); ++j) AddSegmentPair(sum, a, i, b, j);
-  }
+  AddBlock(sum, a, {0, a.nodes() - 1}, b, {0, b.nodes() - 1});
 }
 
 bool IsClosed(const Strand& s) {
   const size_t last = s.nodes() - 1;
   return !s.base_ray && s.x[0] == s.x[last] && s.y[0] == s.y[last] && s.z[0] == s.z[last];
+}
+
+// Without neighbours; each pair once.
+void AddOwnBlock(Sum& sum, const Strand& s, const SegmentRange& a, const SegmentRange& b, bool closed) {
+  const size_t last = s.nodes() - 2;
+  for (size_t i = a.first; i < a.end; ++i) {
+    for (size_t j = std::max(b.first, i + 2); j < b.end; ++j) {
+      // The first and the last segment of a closed curve share a node, too.
+      if (!(closed && i == 0 && j == last)) AddSegmentPair(sum, s, i, s, j);
+    }
+  }
 }
 
 void AddRays(Sum& sum, const Strand& a, const Strand& b, bool offset_of_a) {
@@ -199,20 +242,20 @@ LinkValue StrandWrithe(const Strand& strand, LinkMethod method) {
   Sum sum;
   const Strand s = WithoutRepeats(strand);
   const size_t segments = s.nodes() - 1;
+  const bool closed = IsClosed(s);
   bool scalar = method == LinkMethod::kExact;
   if (!scalar) {
-    const AngleSum fast = SumOwnSegmentAngles(Arrays(s));
-    scalar = fast.suspicious;
-    if (!scalar) sum.angle = fast.angle;
-  }
-  if (scalar) {
-    const bool closed = IsClosed(s);
-    for (size_t i = 0; i < segments; ++i) {
-      // The first and the last segment of a closed curve are neighbours, too: they share a node, angle 0.
-      const size_t end = closed && i == 0 ? segments - 1 : segments;
-      for (size_t j = i + 2; j < end; ++j) AddSegmentPair(sum, s, i, s, j);
+    if (segments * segments >= 2 * kTreePairs) {
+      const TreeSum tree = SumOwnByTree(s, closed);
+      sum.angle = tree.angle;
+      for (const TreeSum::Block& block : tree.doubtful) AddOwnBlock(sum, s, block.a, block.b, closed);
+    } else {
+      const AngleSum fast = SumOwnSegmentAngles(Arrays(s));
+      scalar = fast.suspicious;
+      if (!scalar) sum.angle = fast.angle;
     }
   }
+  if (scalar) AddOwnBlock(sum, s, {0, segments}, {0, segments}, closed);
   EndRay rays[2];
   int count = 0;
   EndRays(s, rays, count);
