@@ -13,7 +13,9 @@ namespace {
 double NextPull(double pull) { return pull > 0.9 ? 0.05 : pull + 0.0137; }
 
 void SolveOnly(benchmark::State& state) {
-  const TentacleDesign design;
+  TentacleDesign design;
+  design.holes = static_cast<int>(state.range(0));
+  design.length = 0.015 * (design.holes + 1);
   const TentacleLayout layout = LayOut(design).value();
   double pull = 0.05;
   for (auto _ : state) {
@@ -21,8 +23,9 @@ void SolveOnly(benchmark::State& state) {
     benchmark::DoNotOptimize(SolveFold(layout, design.base_width, design.closed_angle, pull));
   }
   state.SetItemsProcessed(state.iterations());
+  state.SetComplexityN(state.range(0));
 }
-BENCHMARK(SolveOnly);
+BENCHMARK(SolveOnly)->Arg(49)->Arg(1000)->Arg(10000)->Arg(100000)->Complexity(benchmark::oN);
 
 void SolveExactOnly(benchmark::State& state) {
   TentacleDesign design;
@@ -36,8 +39,9 @@ void SolveExactOnly(benchmark::State& state) {
     benchmark::DoNotOptimize(SolveExactFold(layout, stiffness, 0, design.closed_angle, pull));
   }
   state.SetItemsProcessed(state.iterations());
+  state.SetComplexityN(state.range(0));
 }
-BENCHMARK(SolveExactOnly)->Arg(49)->Arg(2000);
+BENCHMARK(SolveExactOnly)->Arg(49)->Arg(1000)->Arg(10000)->Arg(100000)->Complexity(benchmark::oN);
 
 void SolveFoldTrace(benchmark::State& state) {
   TentacleDesign design;
@@ -53,7 +57,7 @@ void SolveFoldTrace(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK(SolveFoldTrace)->Arg(49)->Arg(2000);
+BENCHMARK(SolveFoldTrace)->Arg(49)->Arg(2000)->Arg(100000);
 
 // The same at the paper's pull, where no crease has closed yet.
 void SolveFoldTraceAtPull(benchmark::State& state) {

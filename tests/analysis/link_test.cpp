@@ -197,6 +197,41 @@ TEST(StrandLink, ErrorBoundHoldsAgainstWiderNumbers) {
   }
 }
 
+// The widely used sum of four arc sines, as published (Klenin and Langowski 2000): kept to see where it
+// fails.
+double ArcSineForm(const Vector3d& p1, const Vector3d& p2, const Vector3d& p3, const Vector3d& p4) {
+  const Vector3d r12 = p2 - p1, r34 = p4 - p3, r13 = p3 - p1, r14 = p4 - p1, r23 = p3 - p2, r24 = p4 - p2;
+  const Vector3d n[] = {r13.cross(r14).normalized(), r14.cross(r24).normalized(), r24.cross(r23).normalized(),
+                        r23.cross(r13).normalized()};
+  double sum = 0;
+  for (int k = 0; k < 4; ++k) sum += std::asin(n[k].dot(n[(k + 1) % 4]));
+  return r34.cross(r12).dot(r13) < 0 ? -sum : sum;
+}
+
+TEST(StrandLink, TheArcSineFormAgreesWhereItIsDefined) {
+  std::mt19937_64 random(77);
+  std::normal_distribution<double> normal;
+  const auto point = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  const auto narrow = [](const Vector3d& v) { return Vec3<double>{v.x(), v.y(), v.z()}; };
+  const auto wide = [](const Vector3d& v) { return Vec3<long double>{v.x(), v.y(), v.z()}; };
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vector3d p1 = point(), p2 = point(), p3 = point(), p4 = point();
+    EXPECT_NEAR(SegmentSegmentAngle(narrow(p1), narrow(p2), narrow(p3), narrow(p4)).angle,
+                ArcSineForm(p1, p2, p3, p4), 1e-6);
+  }
+  // Side by side, almost parallel: its unit normals' products round above 1.
+  int undefined = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vector3d p1 = point(), along = point(), aside = 1e-3 * point();
+    const Vector3d p2 = p1 + along, p3 = p1 + aside, p4 = p3 + along + 1e-9 * point();
+    const double ours = SegmentSegmentAngle(narrow(p1), narrow(p2), narrow(p3), narrow(p4)).angle;
+    const long double truth = SegmentSegmentAngle(wide(p1), wide(p2), wide(p3), wide(p4)).angle;
+    EXPECT_NEAR(ours, static_cast<double>(truth), 1e-8);
+    undefined += std::isnan(ArcSineForm(p1, p2, p3, p4)) ? 1 : 0;
+  }
+  EXPECT_GT(undefined, 20);
+}
+
 TEST(StrandLink, ParallelRaysAreFlagged) {
   const Matrix3Xd a = Line({0, 0, 0}, {0, 0, -0.7}, 10), b = Line({0.2, 0.1, 0}, {0.2, 0.1, -0.7}, 8);
   const LinkValue link = StrandLink(Close(a, kRays), Close(b, kRays));
