@@ -228,40 +228,4 @@ Result<ExactFold> SolveExactFold(const TentacleDesign& design, double pull) {
                         design.closed_angle, pull);
 }
 
-ExactSlope SlopeOf(const TentacleLayout& layout, const ExactFold& fold, double rest_angle,
-                   double closed_angle, const ExactChange& change) {
-  const Eigen::Index creases = fold.angle.size();
-  TENDRIL_CHECK(layout.half_spacing.size() == creases && std::isfinite(fold.tension));
-  TENDRIL_CHECK(change.log_stiffness.size() == 0 || change.log_stiffness.size() == creases);
-  ExactSlope slope;
-  if (fold.tension == 0) {
-    TENDRIL_CHECK(rest_angle > 0);
-    slope.angle.setConstant(creases, change.rest_angle);
-    return slope;
-  }
-  // Stiffness does not matter to the geometry asked of it here.
-  const Tentacle tentacle(layout, Eigen::VectorXd::Ones(creases), rest_angle, closed_angle);
-  Eigen::VectorXd give = Eigen::VectorXd::Zero(creases);  // d phi / d ln T; 0: flat or closed
-  Eigen::VectorXd push = Eigen::VectorXd::Zero(creases);  // the change's own part of the bracket
-  double moved = change.pull * tentacle.flat();
-  double yield = 0;
-  for (Eigen::Index i = 0; i < creases; ++i) {
-    const Hinge& hinge = tentacle.hinges()[static_cast<std::size_t>(i)];
-    const double angle = fold.angle[i];
-    const double turn = angle - rest_angle;
-    const double taken = 2 * hinge.d * Moment(hinge, angle);  // of the tendon, per phi
-    if (angle == tentacle.limit() || turn == 0) continue;
-    // (ln((phi - phi0) / g))'; the first form, of a crease that rests flat, does not cancel.
-    const double log_slope = LogSlope(hinge, angle) + (rest_angle > 0 ? 1 / turn - 1 / angle : 0.0);
-    give[i] = 1 / log_slope;
-    push[i] = change.rest_angle / turn - (change.log_stiffness.size() > 0 ? change.log_stiffness[i] : 0.0);
-    moved -= taken * give[i] * push[i];
-    yield += taken * give[i];
-  }
-  TENDRIL_CHECK(yield > 0);
-  slope.log_tension = moved / yield;
-  slope.angle = give.array() * (slope.log_tension + push.array());
-  return slope;
-}
-
 }  // namespace tendril

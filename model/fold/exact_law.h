@@ -43,24 +43,4 @@ Result<ExactFold> SolveExactFold(const TentacleLayout& layout, const Eigen::Vect
 // The same for a design; lays it out first.
 Result<ExactFold> SolveExactFold(const TentacleDesign& design, double pull);
 
-// A direction in which what the law is given changes.
-struct ExactChange {
-  double pull = 0;
-  Eigen::VectorXd log_stiffness;  // of ln B_i; empty: none (creases)
-  double rest_angle = 0;          // rad
-};
-
-struct ExactSlope {
-  Eigen::VectorXd angle;  // d phi_i                                                                 (creases)
-  double log_tension = 0;  // d ln T; 0 where slack
-};
-
-// The answer's derivative along a change, by the implicit function theorem: d phi_i = (d ln T - d ln B_i +
-// d phi0 / (phi_i - phi0)) / (ln((phi - phi0) / g))'. Creases that are flat or closed stay so: where one
-// begins to fold or closes, the answer is one-sided. Not at all-flat shapes (pull 0), where angles go as a
-// square root: there, and where T is infinite, TENDRIL_CHECK fails.
-//   fold  what SolveExactFold gave for this layout, rest angle and closed angle
-ExactSlope SlopeOf(const TentacleLayout& layout, const ExactFold& fold, double rest_angle,
-                   double closed_angle, const ExactChange& change);
-
 }  // namespace tendril

@@ -47,6 +47,7 @@ Hinge HingeOf(const TentacleLayout& layout, Eigen::Index crease, double stiffnes
     const double sine = std::sin(layout.crease_angle[crease]);
     hinge.c = cosine * cosine;
     hinge.s = sine * sine;
+    hinge.sin_2a = 2 * sine * cosine;
   }
   hinge.stiffness = stiffness;
   hinge.rest = rest_angle;
@@ -141,6 +142,30 @@ double TakenIn(const Hinge& hinge, double from, double turn) {
 double HoleDistance(const Hinge& hinge, double angle) {
   if (angle == kClosedFlat) return 2 * hinge.d * std::sqrt(hinge.c);
   return 2 * hinge.d * Root(hinge, std::sin(angle), std::cos(angle));
+}
+
+double LogGive(const Hinge& hinge, double angle) {
+  const double turn = angle - hinge.rest;
+  if (angle == hinge.limit || turn == 0) return 0;
+  // 1 / (ln((phi - phi0) / g))'; the first form, of a crease that rests flat, does not cancel.
+  return 1 / (LogSlope(hinge, angle) + (hinge.rest > 0 ? 1 / turn - 1 / angle : 0.0));
+}
+
+double LogPush(const Hinge& hinge, double angle, const HingeChange& change) {
+  const double sine = std::sin(angle);
+  const double root = Root(hinge, sine, std::cos(angle));
+  // d ln g / d a
+  const double by_crease = hinge.sin_2a / hinge.s + 0.5 * hinge.sin_2a * sine * sine / (root * root);
+  return change.rest_angle / (angle - hinge.rest) - change.log_stiffness + change.half_spacing / hinge.d +
+         by_crease * change.crease_angle;
+}
+
+double HoleDistanceChange(const Hinge& hinge, double angle, const HingeChange& change) {
+  double change_of_distance = change.half_spacing * HoleDistance(hinge, angle) / hinge.d;
+  if (hinge.sin_2a == 0) return change_of_distance;
+  const double sine = std::sin(angle);
+  const double root = Root(hinge, sine, std::cos(angle));
+  return change_of_distance - hinge.d * hinge.sin_2a * sine * sine / root * change.crease_angle;
 }
 
 }  // namespace tendril

@@ -18,6 +18,7 @@ inline constexpr double kClosedFlat = std::numbers::pi / 2;
 struct Hinge {
   double d = 0;  // half of its spacing, m
   double s = 1, c = 0;
+  double sin_2a = 0;
   double stiffness = 0;  // B, N m
   double rest = 0;       // phi0, rad
   double limit = 0;      // phi_max, rad
@@ -58,5 +59,18 @@ double TakenIn(const Hinge& hinge, double from, double turn);
 
 // Distance between its holes, m.
 double HoleDistance(const Hinge& hinge, double angle);
+
+// A direction in which a hinge changes.
+struct HingeChange {
+  double log_stiffness = 0, half_spacing = 0, crease_angle = 0, rest_angle = 0;
+};
+
+// Its angle's derivative along a change is LogGive (d ln T + LogPush); it stays where it is flat or closed
+// (LogGive is 0, LogPush not to be asked).
+double LogGive(const Hinge& hinge, double angle);
+double LogPush(const Hinge& hinge, double angle, const HingeChange& change);
+
+// The derivative of HoleDistance at a fixed angle, m.
+double HoleDistanceChange(const Hinge& hinge, double angle, const HingeChange& change);
 
 }  // namespace tendril

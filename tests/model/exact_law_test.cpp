@@ -226,49 +226,6 @@ TEST(ExactLaw, WithARestAngleItComesNearThePapersLaw) {
   }
 }
 
-// Against central differences, extrapolated once, of the solver itself.
-TEST(ExactLaw, SlopesAreTheDifferencesLimit) {
-  std::mt19937_64 random(31);
-  int compared = 0;
-  for (int trial = 0; trial < 40; ++trial) {
-    TentacleDesign design = test::RandomDesign(random);
-    design.stiffness_ratio = 0.6 + 0.2 * (trial % 5);
-    const TentacleLayout layout = LayOut(design).value();
-    const Eigen::VectorXd stiffness = HingeStiffness(design, layout);
-    const double rest = trial % 2 == 0 ? 0 : 0.15;
-    const double pull = 0.7 * LargestExactPull(layout, design.closed_angle);
-    ExactChange change;
-    change.pull = 0.3 * pull;
-    change.log_stiffness = Eigen::VectorXd::Random(stiffness.size());
-    change.rest_angle = rest > 0 ? 0.2 : 0;
-    const auto at = [&](double h) {
-      return SolveExactFold(layout, stiffness.array() * (h * change.log_stiffness.array()).exp(),
-                            rest + h * change.rest_angle, design.closed_angle, pull + h * change.pull)
-          .value();
-    };
-    const ExactFold fold = at(0);
-    if (fold.slack || !std::isfinite(fold.tension)) continue;
-    const auto difference = [&](double h) -> Eigen::VectorXd {
-      return (at(h).angle - at(-h).angle) / (2 * h);
-    };
-    // A crease that begins or closes within the step has no difference to compare.
-    const double h = 1e-5;
-    bool smooth = at(h).closed == at(-h).closed;
-    for (Eigen::Index i = 0; i < fold.angle.size(); ++i) {
-      smooth = smooth && (at(h).angle[i] > rest) == (at(-h).angle[i] > rest) &&
-               (fold.angle[i] == rest || fold.angle[i] - rest > 0.02);
-    }
-    if (!smooth) continue;
-    ++compared;
-    const ExactSlope slope = SlopeOf(layout, fold, rest, design.closed_angle, change);
-    const Eigen::VectorXd expected = (4 * difference(0.5 * h) - difference(h)) / 3;
-    EXPECT_LT((slope.angle - expected).norm(), 1e-7 * expected.norm()) << trial;
-    EXPECT_NEAR(slope.log_tension, std::log(at(h).tension / at(-h).tension) / (2 * h),
-                1e-6 * (1 + std::abs(slope.log_tension)));
-  }
-  EXPECT_GE(compared, 20);
-}
-
 TEST(ExactLaw, RefusesWhatCannotBe) {
   const TentacleDesign design;
   const double largest = LargestExactPull(LayOut(design).value(), design.closed_angle);
