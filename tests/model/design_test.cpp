@@ -6,9 +6,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "model/fold/cut_pattern.h"
 #include "model/fold/gripper.h"
+#include "tests/support/random_design.h"
 
 namespace tendril {
 namespace {
@@ -147,6 +149,54 @@ TEST(CutPattern, RefusesWhatNoPlotterCanCutAndSaysWhere) {
   EXPECT_NE(end.find("hole 0"), std::string::npos) << end;
   EXPECT_FALSE(CutPatternOf({}, {.dash = 0}).ok());
   EXPECT_FALSE(CutPatternOf({}, {.gap = 0.05}).ok());
+}
+
+// Whatever the design, what is let through can be cut: told from the drawing alone.
+TEST(CutPattern, OverTheExtremesWhatItLetsThroughCanBeCut) {
+  std::mt19937_64 random(5);
+  int accepted = 0, refused = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    TentacleDesign design = test::RandomDesign(random);
+    design.length *= 1 + 0.3 * (trial % 2);
+    design.hole_diameter = design.base_width * std::uniform_real_distribution<double>(0.01, 0.4)(random);
+    const double gap = 0.02 * design.base_width * design.taper;
+    const auto result = CutPatternOf(design, {.dash = gap, .gap = gap});
+    if (!result.ok()) {
+      EXPECT_NE(result.error().message.find("cannot be cut: "), std::string::npos) << result.error().message;
+      ++refused;
+      continue;
+    }
+    ++accepted;
+    const CutPattern& pattern = result.value();
+    const double radius = 0.5 * pattern.hole_diameter;
+    const auto inside = [&](const Eigen::Vector2d& p, double room) {
+      const double half = 0.5 * design.base_width * (1 + (design.taper - 1) * p.x() / pattern.length);
+      return p.x() > room && p.x() < pattern.length - room &&
+             std::abs(p.y() - 0.5 * pattern.width) < half - room;
+    };
+    const auto side = [](const CutCrease& of, const Eigen::Vector2d& p) {  // which side of its line
+      const Eigen::Vector2d along = of.dashes.back().to - of.dashes.front().from;
+      const Eigen::Vector2d to = p - of.dashes.front().from;
+      return (along.x() * to.y() - along.y() * to.x()) / along.norm();
+    };
+    for (size_t i = 0; i < pattern.creases.size(); ++i) {
+      const CutCrease& crease = pattern.creases[i];
+      EXPECT_TRUE(inside(crease.dashes.front().from, 0) && inside(crease.dashes.back().to, 0)) << trial;
+      // All of the next crease, and its hole, on the tip's side; the hole before on the base's.
+      if (i + 1 < pattern.creases.size()) {
+        EXPECT_LT(side(crease, pattern.creases[i + 1].dashes.front().from), 0) << trial;
+        EXPECT_LT(side(crease, pattern.creases[i + 1].dashes.back().to), 0) << trial;
+      }
+      const auto hole = static_cast<Eigen::Index>(i);
+      EXPECT_GT(side(crease, pattern.holes.col(hole)), radius) << trial;
+      EXPECT_LT(side(crease, pattern.holes.col(hole + 1)), -radius) << trial;
+    }
+    for (Eigen::Index i = 0; i < pattern.holes.cols(); ++i) {
+      EXPECT_TRUE(inside(pattern.holes.col(i), 0.99 * radius)) << trial << " hole " << i;
+    }
+  }
+  EXPECT_GT(accepted, 20);
+  EXPECT_GT(refused, 1000);
 }
 
 }  // namespace

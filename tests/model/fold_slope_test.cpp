@@ -307,6 +307,40 @@ TEST(SlopeOf, ExactLawsShapeAgainstFiftyDigits) {
   EXPECT_GE(closed, 2);
 }
 
+// The forward error is a rounding error's consequence: 1e-14 times how much the answer moves for a relative
+// change of the pull. Pulls come as close to where creases begin to fold as doubles tell.
+TEST(SolveExactFold, ForwardErrorIsRoundingTimesTheConditionNumber) {
+  TentacleDesign design;
+  design.holes = 10;
+  design.length = 0.160;
+  design.taper = 1;
+  design.beta = design.alpha;
+  const TentacleLayout layout = LayOut(design).value();
+  // The short creases begin at T = 2 B / d_short, where the long ones closed: 5 of them, each 20 mm.
+  const double begins = 5 * 0.02 / FlatTendonLength(layout);
+  double worst = 0, largest_condition = 0;
+  for (const double beyond : {1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
+    const double pull = begins * (1 + beyond);
+    const ExactFold fold = SolveExactFold(design, pull).value();
+    const auto truth = WideExact(WideOf(design, pull), fold, design);
+    DesignChange change;
+    change.pull = 1;
+    const ExactSlope slope =
+        SlopeOf(layout, fold, 0, design.closed_angle, ChangeForExactLaw(design, layout, change));
+    for (Eigen::Index i = 0; i < fold.angle.size(); ++i) {
+      if (fold.angle[i] == 0 || fold.angle[i] == design.closed_angle) continue;
+      const double exact = static_cast<double>(truth[static_cast<size_t>(i)]);
+      const double condition = std::abs(pull * slope.angle[i] / exact);
+      const double error = std::abs(fold.angle[i] - exact) / exact;
+      EXPECT_LE(error, 1e-14 * (1 + condition)) << "crease " << i << ", " << beyond;
+      worst = std::max(worst, error);
+      largest_condition = std::max(largest_condition, condition);
+    }
+  }
+  EXPECT_GT(largest_condition, 1e9) << "the start of a fold was not met";
+  EXPECT_LT(worst, 0.1);
+}
+
 // Against central differences, extrapolated once, of the solver itself.
 TEST(SlopeOf, ExactLawsIsTheDifferencesLimitOverTheExtremes) {
   std::mt19937_64 random(31);

@@ -98,5 +98,63 @@ TEST(FrictionTendon, ReleasedWhollyItIsFlatAgain) {
   EXPECT_TRUE(tendon.MoveTo(0.1).ok());
 }
 
+// Pulled and partly released, so that holes slide either way and some stick: against differences of the whole
+// history. Pulls lie between steps of 0.01, so that a changed pull takes as many.
+TEST(FrictionTendon, SlopesAreTheDifferencesLimit) {
+  TentacleDesign oblique;
+  oblique.holes = 21;
+  oblique.length = 0.33;
+  oblique.taper = 0.8;
+  oblique.spacing_ratio = 0.9;
+  oblique.alpha = 1.8;
+  oblique.stiffness_ratio = 0.8;
+  oblique.rest_angle = 0.15;
+  oblique.tendon_friction = 0.05;
+  TentacleDesign slender = Uniform(0.02);
+  slender.holes = 21;
+  slender.length = 0.33;
+  slender.taper = 0.95;
+  struct Parameter {
+    const char* name;
+    double TentacleDesign::*of_design;  // null: the pull
+    double DesignChange::*of_change;
+  };
+  const std::vector<Parameter> parameters = {
+      {"friction", &TentacleDesign::tendon_friction, &DesignChange::tendon_friction},
+      {"wrap angle", &TentacleDesign::wrap_angle, &DesignChange::wrap_angle},
+      {"taper", &TentacleDesign::taper, &DesignChange::taper},
+      {"spacing ratio", &TentacleDesign::spacing_ratio, &DesignChange::spacing_ratio},
+      {"alpha", &TentacleDesign::alpha, &DesignChange::alpha},
+      {"stiffness ratio", &TentacleDesign::stiffness_ratio, &DesignChange::stiffness_ratio},
+      {"pull", nullptr, &DesignChange::pull}};
+  for (const TentacleDesign& design : {oblique, slender}) {
+    for (const std::vector<double>& path : {std::vector<double>{0.295}, {0.295, 0.225}}) {
+      for (const Parameter& parameter : parameters) {
+        if (parameter.of_design == nullptr && path.size() > 1) continue;
+        DesignChange change;
+        change.*parameter.of_change = 1;
+        FrictionTendon tendon = FrictionTendon::Make(design).value();
+        tendon.Follow(change);
+        FrictionFold fold;
+        for (const double pull : path) fold = tendon.MoveTo(pull).value();
+        const auto at = [&](double h) {
+          TentacleDesign changed = design;
+          if (parameter.of_design != nullptr) changed.*parameter.of_design += h;
+          FrictionTendon moved = FrictionTendon::Make(changed).value();
+          FrictionFold end;
+          for (const double pull : path) {
+            end = moved.MoveTo(pull + (parameter.of_design == nullptr ? h : 0)).value();
+          }
+          return end.angle;
+        };
+        const double h = 1e-5;
+        const Eigen::VectorXd expected = (at(h) - at(-h)) / (2 * h);
+        EXPECT_LE((fold.angle_slope - expected).norm(), 2e-5 * expected.norm() + 1e-7)
+            << parameter.name << ", taper " << design.taper << ", moves " << path.size();
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tendril
