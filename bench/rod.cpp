@@ -1,0 +1,72 @@
+// What a rod's element costs per step: the plain stepper, and eight rods in vector registers.
+#include <benchmark/benchmark.h>
+
+#include <string>
+#include <vector>
+
+#include "model/rods/rod_lanes.h"
+#include "model/rods/rod_plain.h"
+
+namespace tendril {
+namespace {
+
+// The paper's rods, bending to a rest curvature under gravity.
+std::vector<Rod> Rods(int count, int elements) {
+  std::vector<Rod> rods;
+  for (int k = 0; k < count; ++k) {
+    RodDesign design;
+    design.elements = elements;
+    design.taper = 0.5;
+    design.start = {0.1 * k, 0, 0};
+    rods.push_back(MakeRod(design).value());
+    for (auto kappa : rods.back().rest_curvature.colwise()) kappa << 0, 3 + 0.1 * k, 2;
+  }
+  return rods;
+}
+
+PlainOptions Options(RodForm form) {
+  return {.form = form, .time_step = 2e-5, .damping = 1, .gravity = {0, 0, -9.80665}};
+}
+
+void Report(benchmark::State& state, double per_iteration) {
+  state.counters["per_element_step"] = benchmark::Counter(
+      per_iteration, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void Plain(benchmark::State& state, RodForm form) {
+  std::vector<Rod> rods = Rods(1, 100);
+  for (auto _ : state) StepPlain(rods, 0, Options(form));
+  Report(state, 100);
+}
+BENCHMARK_CAPTURE(Plain, paper, RodForm::kPaper);
+BENCHMARK_CAPTURE(Plain, energy, RodForm::kEnergy);
+
+template <class S>
+void Lanes(benchmark::State& state, RodForm form) {
+  const int width = static_cast<int>(state.range(0)), elements = static_cast<int>(state.range(1));
+  if (width > RodKernelWidth()) return state.SkipWithError("not on this machine");
+  UseRodKernel(width);
+  LaneRods<S> rods = LaneRods<S>::Make(Rods(8, elements), form).value();
+  for (auto _ : state) rods.Advance(100, 0, Options(form));
+  if (rods.trouble().any()) state.SkipWithError("rods in trouble");
+  UseRodKernel(0);
+  Report(state, 800.0 * elements);
+}
+void LanesInDouble(benchmark::State& state, RodForm form) { Lanes<double>(state, form); }
+void LanesInSingle(benchmark::State& state, RodForm form) { Lanes<float>(state, form); }
+BENCHMARK_CAPTURE(LanesInDouble, paper, RodForm::kPaper)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgsProduct({{8}, {25, 400, 1600}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesInSingle, paper, RodForm::kPaper)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesInDouble, energy, RodForm::kEnergy)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesInSingle, energy, RodForm::kEnergy)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+
+}  // namespace
+}  // namespace tendril

@@ -1,0 +1,198 @@
+#include "model/rods/rod_lanes.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "model/check.h"
+#include "model/rods/rod_lanes_kernel.h"
+
+namespace tendril {
+namespace {
+
+int MachineWidth() {
+#ifdef TENDRIL_ROD_X86
+  static const int width = __builtin_cpu_supports("avx512f")                                 ? 8
+                           : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? 4
+                                                                                             : 2;
+  return width;
+#else
+  return 2;
+#endif
+}
+
+int& ChosenWidth() {
+  static int width = MachineWidth();
+  return width;
+}
+
+template <class S>
+rod_kernel::Kernels<S> KernelsOfThisMachine() {
+#ifdef TENDRIL_ROD_X86
+  if (ChosenWidth() == 8) return rod_kernel::Avx512Kernels<S>();
+  if (ChosenWidth() == 4) return rod_kernel::Avx2Kernels<S>();
+#endif
+  return rod_kernel::BaseKernels<S>();
+}
+
+}  // namespace
+
+int RodKernelWidth() { return MachineWidth(); }
+
+void UseRodKernel(int width) {
+  TENDRIL_CHECK(width <= MachineWidth());
+  ChosenWidth() = width > 0 ? width : MachineWidth();
+}
+
+template <class S>
+Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
+  if (rods.empty() || rods.size() > kRodLanes) {
+    return Error{ErrorKind::kBadInput, std::to_string(rods.size()) + " rods side by side: expected 1 to " +
+                                           std::to_string(kRodLanes)};
+  }
+  for (const Rod& rod : rods) {
+    if (rod.elements() == rods[0].elements()) continue;
+    return Error{ErrorKind::kBadInput, "rods of " + std::to_string(rods[0].elements()) + " and " +
+                                           std::to_string(rod.elements()) +
+                                           " elements side by side: expected equally many"};
+  }
+  LaneRods lanes;
+  lanes.form_ = form;
+  lanes.rods_ = static_cast<int>(rods.size());
+  lanes.elements_ = static_cast<int>(rods[0].elements());
+  const size_t n = static_cast<size_t>(lanes.elements_);
+  size_t end = 0;
+  const auto room = [&end](size_t rows) {
+    const size_t at = end;
+    end += rows * kRodLanes;
+    return at;
+  };
+  Places& at = lanes.at_;
+  at.position = room(3 * (n + 1));
+  at.velocity = room(3 * (n + 1));
+  at.turn = room(4 * n);
+  at.spin = room(3 * n);
+  at.force = room(3 * (n + 1));
+  at.inverse_mass = room(n + 1);
+  at.rest_length = room(2 * n);
+  at.shear = room(2 * n);
+  at.inertia = room(4 * n);
+  at.bend = room(2 * (n - 1));
+  at.rest_strain = room(3 * n);
+  at.rest_curvature = room(3 * (n - 1));
+  at.mobile = room(1);
+  lanes.memory_.assign(end, S(0));
+
+  for (size_t lane = 0; lane < kRodLanes; ++lane) {
+    const Rod& rod = rods[lane < rods.size() ? lane : 0];  // lanes without a rod do as the first
+    const auto put = [&](size_t from, size_t row, double value) {
+      lanes.memory_[from + row * kRodLanes + lane] = static_cast<S>(value);
+    };
+    const auto put3 = [&](size_t from, size_t row, const Eigen::Vector3d& v) {
+      for (size_t k = 0; k < 3; ++k) put(from, 3 * row + k, v[static_cast<Eigen::Index>(k)]);
+    };
+    put(at.mobile, 0, rod.clamped ? 0 : 1);
+    for (size_t i = 0; i <= n; ++i) {
+      const auto e = static_cast<Eigen::Index>(i);
+      put3(at.position, i, rod.position.col(e));
+      put3(at.velocity, i, rod.velocity.col(e));
+      put(at.inverse_mass, i, 1 / rod.mass[e]);
+      if (i == n) break;
+      const Eigen::Quaterniond q(Eigen::Matrix3d(rod.directors[i].transpose()));
+      put(at.turn, 4 * i, q.w());
+      put(at.turn, 4 * i + 1, q.x());
+      put(at.turn, 4 * i + 2, q.y());
+      put(at.turn, 4 * i + 3, q.z());
+      put3(at.spin, i, rod.spin.col(e));
+      put(at.rest_length, 2 * i, rod.rest_length[e]);
+      put(at.rest_length, 2 * i + 1, 1 / rod.rest_length[e]);
+      put(at.shear, 2 * i, rod.shear_stiffness(0, e));
+      put(at.shear, 2 * i + 1, rod.shear_stiffness(2, e));
+      put(at.inertia, 4 * i, rod.inertia(0, e));
+      put(at.inertia, 4 * i + 1, rod.inertia(2, e));
+      put(at.inertia, 4 * i + 2, 1 / rod.inertia(0, e));
+      put(at.inertia, 4 * i + 3, 1 / rod.inertia(2, e));
+      put3(at.rest_strain, i, rod.rest_strain.col(e));
+      if (i + 1 == n) continue;
+      put(at.bend, 2 * i, rod.bend_stiffness(0, e));
+      put(at.bend, 2 * i + 1, rod.bend_stiffness(2, e));
+      put3(at.rest_curvature, i, rod.rest_curvature.col(e));
+    }
+  }
+  return lanes;
+}
+
+template <class S>
+int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, const Middle& middle) {
+  TENDRIL_CHECK(options.form == form_);
+  const auto at = [&](size_t from) { return memory_.data() + from; };
+  const double dt = options.time_step;
+  rod_kernel::Job<S> job{};
+  job.elements = elements_;
+  job.energy_form = form_ == RodForm::kEnergy;
+  job.time_step = static_cast<S>(dt);
+  job.keep = static_cast<S>(std::exp(-options.damping * dt));
+  for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
+  job.position = at(at_.position);
+  job.velocity = at(at_.velocity);
+  job.turn = at(at_.turn);
+  job.spin = at(at_.spin);
+  job.force = middle ? at(at_.force) : nullptr;
+  job.inverse_mass = at(at_.inverse_mass);
+  job.rest_length = at(at_.rest_length);
+  job.shear = at(at_.shear);
+  job.inertia = at(at_.inertia);
+  job.bend = at(at_.bend);
+  job.rest_strain = at(at_.rest_strain);
+  job.rest_curvature = at(at_.rest_curvature);
+  job.mobile = at(at_.mobile);
+  const rod_kernel::Kernels<S> kernels = KernelsOfThisMachine<S>();
+
+  if (steps <= 0 || trouble_.any()) return 0;
+  // Half drifts of neighbouring steps are one: nothing happens to velocities between them.
+  kernels.drift(job, static_cast<S>(0.5 * dt));
+  int made = 0;
+  while (true) {
+    if (middle) {
+      std::fill_n(at(at_.force), forces().size(), S(0));
+      middle(time + (made + 0.5) * dt, *this);
+    }
+    kernels.kick(job);
+    ++made;
+    trouble_ = {job.turned_too_far, job.not_finite};
+    if (made == steps || trouble_.any()) break;
+    kernels.drift(job, static_cast<S>(dt));
+  }
+  kernels.drift(job, static_cast<S>(0.5 * dt));
+  return made;
+}
+
+template <class S>
+void LaneRods<S>::Store(std::span<Rod> rods) const {
+  TENDRIL_CHECK(rods.size() == static_cast<size_t>(rods_));
+  for (size_t lane = 0; lane < rods.size(); ++lane) {
+    Rod& rod = rods[lane];
+    TENDRIL_CHECK(rod.elements() == elements_);
+    const auto get = [&](size_t from, size_t row) -> double {
+      return memory_[from + row * kRodLanes + lane];
+    };
+    for (size_t i = 0; i <= static_cast<size_t>(elements_); ++i) {
+      const auto e = static_cast<Eigen::Index>(i);
+      for (size_t k = 0; k < 3; ++k) {
+        const auto row = static_cast<Eigen::Index>(k);
+        rod.position(row, e) = get(at_.position, 3 * i + k);
+        rod.velocity(row, e) = get(at_.velocity, 3 * i + k);
+        if (e < elements_) rod.spin(row, e) = get(at_.spin, 3 * i + k);
+      }
+      if (e == elements_) break;
+      Eigen::Quaterniond q(get(at_.turn, 4 * i), get(at_.turn, 4 * i + 1), get(at_.turn, 4 * i + 2),
+                           get(at_.turn, 4 * i + 3));
+      rod.directors[i] = q.normalized().toRotationMatrix().transpose();
+    }
+  }
+}
+
+template class LaneRods<double>;
+template class LaneRods<float>;
+
+}  // namespace tendril

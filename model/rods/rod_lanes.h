@@ -1,0 +1,82 @@
+#pragma once
+// Eight rods side by side in vector registers: the stepper of rod_plain.h, fast. Same forms, same step, same
+// loads; results agree to rounding (docs/rods.md, "Eight rods at once").
+//
+// SI units; directors are kept as unit quaternions lab_from_body. Arrays are laid out [node or
+// element][component][8 rods].
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "model/result.h"
+#include "model/rods/rod.h"
+#include "model/rods/rod_plain.h"
+
+namespace tendril {
+
+inline constexpr int kRodLanes = 8;
+
+// Why a batch of rods stopped.
+struct LaneTrouble {
+  bool turned_too_far =
+      false;  // between neighbouring elements by more than 1.6 rad, or an element by 1 rad in a step
+  bool not_finite = false;
+  bool any() const { return turned_too_far || not_finite; }
+};
+
+// One to eight rods of equally many elements. S: double, or float.
+template <class S>
+class LaneRods {
+ public:
+  //   errors  kBadInput  no rod, more than eight, different numbers of elements
+  static Result<LaneRods> Make(std::span<const Rod> rods, RodForm form);
+
+  // Called in the middle of each step, at `time`: positions, directors, rest strains and curvatures as below.
+  // Forces are 0 when it is called and may be added to.
+  using Middle = std::function<void(double time, LaneRods& rods)>;
+
+  // Steps from `time` on; stops early, at a whole step, where a rod is in trouble.
+  //   returns  the steps made
+  int Advance(int steps, double time, const PlainOptions& options, const Middle& middle = {});
+  LaneTrouble trouble() const { return trouble_; }
+
+  // Back into the rods they came from: positions, velocities, directors, spins.
+  void Store(std::span<Rod> rods) const;
+
+  int rods() const { return rods_; }
+  int elements() const { return elements_; }
+  std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
+  std::span<S> forces() { return Part(at_.force, 3 * (elements_ + 1)); }
+  std::span<S> rest_strains() { return Part(at_.rest_strain, 3 * elements_); }
+  std::span<S> rest_curvatures() { return Part(at_.rest_curvature, 3 * (elements_ - 1)); }
+
+ private:
+  std::span<S> Part(size_t from, int rows) {
+    return {memory_.data() + from, static_cast<size_t>(rows) * kRodLanes};
+  }
+  // Places in `memory_`.
+  struct Places {
+    size_t position, velocity, turn, spin, force, inverse_mass, rest_length, shear, inertia, bend,
+        rest_strain, rest_curvature, mobile;
+  };
+
+  RodForm form_ = RodForm::kEnergy;
+  int rods_ = 0;
+  int elements_ = 0;
+  Places at_{};
+  std::vector<S> memory_;
+  LaneTrouble trouble_;
+};
+
+// Doubles in a register of this machine that the kernels use: 8 (AVX-512), 4 (AVX2 with FMA) or 2.
+int RodKernelWidth();
+// For tests: 2, 4 or 8, not above what the machine has; 0: the widest.
+void UseRodKernel(int width);
+
+extern template class LaneRods<double>;
+extern template class LaneRods<float>;
+
+}  // namespace tendril

@@ -1,0 +1,3 @@
+// The rod kernels for any machine.
+#define TENDRIL_ROD_KERNELS BaseKernels
+#include "model/rods/rod_lanes_body.h"

@@ -1,0 +1,344 @@
+// The body of the rod kernels, compiled once per instruction set by the rod_lanes_*.cpp that define
+// TENDRIL_ROD_KERNELS and include this. No #pragma once, and nothing but C: an inline function of the
+// standard library compiled here with wide instructions could be the copy that the linker keeps for the whole
+// program.
+//
+// Eight rods side by side: every variable is eight numbers, one per rod. Sources of the equations:
+// rod_plain.h.
+#include <stdint.h>
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+#include "model/rods/rod_lanes_kernel.h"
+
+namespace tendril::rod_kernel {
+namespace {
+
+#define TENDRIL_INLINE inline __attribute__((always_inline))
+
+template <class S>
+struct Types;
+template <>
+struct Types<double> {
+  typedef double Real __attribute__((vector_size(64)));
+  typedef int64_t Mask __attribute__((vector_size(64)));
+};
+template <>
+struct Types<float> {
+  typedef float Real __attribute__((vector_size(32)));
+  typedef int32_t Mask __attribute__((vector_size(32)));
+};
+
+typedef Types<double>::Real Double8;
+typedef Types<float>::Real Float8;
+
+TENDRIL_INLINE Double8 Sqrt(Double8 a) {
+#if defined(__AVX512F__)
+  return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
+#elif defined(__AVX__)
+  __m256d half[2];
+  __builtin_memcpy(half, &a, sizeof a);
+  half[0] = _mm256_sqrt_pd(half[0]);
+  half[1] = _mm256_sqrt_pd(half[1]);
+  __builtin_memcpy(&a, half, sizeof a);
+  return a;
+#else
+  for (int k = 0; k < 8; ++k) a[k] = __builtin_sqrt(a[k]);
+  return a;
+#endif
+}
+
+TENDRIL_INLINE Float8 Sqrt(Float8 a) {
+#if defined(__AVX__)
+  return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
+#else
+  for (int k = 0; k < 8; ++k) a[k] = __builtin_sqrtf(a[k]);
+  return a;
+#endif
+}
+
+template <class S>
+struct Kernel {
+  typedef typename Types<S>::Real Real;
+  typedef typename Types<S>::Mask Mask;
+
+  struct Vector {
+    Real x, y, z;
+  };
+  struct Quaternion {
+    Real w, x, y, z;
+  };
+
+  static TENDRIL_INLINE Real All(S v) { return v - Real{}; }
+  static TENDRIL_INLINE Real Get(const S* from) {
+    Real r;
+    __builtin_memcpy(&r, from, sizeof r);
+    return r;
+  }
+  static TENDRIL_INLINE void Put(S* to, Real v) { __builtin_memcpy(to, &v, sizeof v); }
+  static TENDRIL_INLINE Vector GetVector(const S* from) { return {Get(from), Get(from + 8), Get(from + 16)}; }
+  static TENDRIL_INLINE void PutVector(S* to, const Vector& v) {
+    Put(to, v.x);
+    Put(to + 8, v.y);
+    Put(to + 16, v.z);
+  }
+  static TENDRIL_INLINE Quaternion GetTurn(const S* from) {
+    return {Get(from), Get(from + 8), Get(from + 16), Get(from + 24)};
+  }
+
+  static TENDRIL_INLINE Vector Add(const Vector& a, const Vector& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  static TENDRIL_INLINE Vector Sub(const Vector& a, const Vector& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  static TENDRIL_INLINE Vector Times(Real s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
+  static TENDRIL_INLINE Vector PlusTimes(const Vector& a, Real s, const Vector& b) {
+    return {a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+  }
+  static TENDRIL_INLINE Real Dot(const Vector& a, const Vector& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  static TENDRIL_INLINE Vector Cross(const Vector& a, const Vector& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+
+  static TENDRIL_INLINE Quaternion Product(const Quaternion& a, const Quaternion& b) {
+    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+  }
+  // q v q^-1, and q^-1 v q.
+  static TENDRIL_INLINE Vector ToLab(const Quaternion& q, const Vector& v) {
+    const Vector u{q.x, q.y, q.z};
+    const Vector c = Cross(u, v), t = Add(c, c);
+    return Add(PlusTimes(v, q.w, t), Cross(u, t));
+  }
+  static TENDRIL_INLINE Vector ToBody(const Quaternion& q, const Vector& v) {
+    const Vector u{q.x, q.y, q.z};
+    const Vector c = Cross(v, u), t = Add(c, c);
+    return Add(PlusTimes(v, q.w, t), Cross(t, u));
+  }
+
+  // The quaternion of a rotation vector 2 h, to rounding for |h| up to 0.5.
+  static TENDRIL_INLINE Quaternion Exp(const Vector& h) {
+    const Real y = Dot(h, h);
+    const Real cosine =
+        1 + y * (S(-1. / 2) +
+                 y * (S(1. / 24) +
+                      y * (S(-1. / 720) +
+                           y * (S(1. / 40320) + y * (S(-1. / 3628800) +
+                                                     y * (S(1. / 479001600) + y * S(-1. / 87178291200.)))))));
+    const Real sinc =
+        1 + y * (S(-1. / 6) + y * (S(1. / 120) + y * (S(-1. / 5040) +
+                                                      y * (S(1. / 362880) + y * (S(-1. / 39916800) +
+                                                                                 y * S(1. / 6227020800.))))));
+    return {cosine, sinc * h.x, sinc * h.y, sinc * h.z};
+  }
+
+  // The rotation vector of a unit quaternion, 4 atan(tau) / tau v / (1 + w), tau = |v| / (1 + w) = tan(angle
+  // / 4); the polynomial is atan's on tau^2 up to 0.2 (interpolated in Chebyshev points), 1.68 rad.
+  static TENDRIL_INLINE Vector Log(Quaternion q, Real& tau2) {
+    const Mask back = q.w < 0;
+    const Real sign = back ? All(-1) : All(1);
+    const Real scale = sign / (1 + sign * q.w);
+    const Vector t{scale * q.x, scale * q.y, scale * q.z};
+    const Real y = Dot(t, t);
+    tau2 = y;
+    Real p = All(S(-0.015503704816782964));
+    p = p * y + S(0.035720500583970395);
+    p = p * y + S(-0.04940578572579412);
+    p = p * y + S(0.058243931405155075);
+    p = p * y + S(-0.06659632591850656);
+    p = p * y + S(0.076917308596825953);
+    p = p * y + S(-0.090908776990191315);
+    p = p * y + S(0.11111110022135758);
+    p = p * y + S(-0.14285714263336027);
+    p = p * y + S(0.19999999999761667);
+    p = p * y + S(-0.33333333333332338);
+    p = p * y + S(1);
+    return Times(4 * p, t);
+  }
+
+  // (1 - (t/2) cot(t/2)) / t^2 for y = t^2 up to 3 (interpolated in Chebyshev points).
+  static TENDRIL_INLINE Real InverseJacobianFactor(Real y) {
+    Real p = All(S(3.2163024914471431e-16));
+    p = p * y + S(7.8730105230311629e-15);
+    p = p * y + S(3.4157398915225531e-13);
+    p = p * y + S(1.3376864161833401e-11);
+    p = p * y + S(5.2842659935465701e-10);
+    p = p * y + S(2.0876750839452123e-08);
+    p = p * y + S(8.2671957957372849e-07);
+    p = p * y + S(3.3068783068111665e-05);
+    p = p * y + S(0.0013888888888889501);
+    return p * y + S(0.083333333333333329);
+  }
+
+  static void Drift(Job<S>& job, S time) {
+    const Real t = All(time), half = All(S(0.5) * time);
+    for (int i = 0; i <= job.elements; ++i) {
+      PutVector(job.position + 24 * i,
+                PlusTimes(GetVector(job.position + 24 * i), t, GetVector(job.velocity + 24 * i)));
+    }
+    Real largest = Real{};
+    for (int i = 0; i < job.elements; ++i) {
+      S* const turn = job.turn + 32 * i;
+      Quaternion q = GetTurn(turn);
+      const Vector spin = GetVector(job.spin + 24 * i);
+      if (job.energy_form) {
+        // A symmetric top: it turns about L / J1, and goes round d3 in its own axes.
+        const S* const inertia = job.inertia + 32 * i;
+        const Real around = spin.z * (1 - Get(inertia + 8) * Get(inertia + 16));
+        const Vector h{half * spin.x, half * spin.y, half * (spin.z - around)};
+        const Real y = Dot(h, h) + half * around * half * around;
+        largest = y > largest ? y : largest;
+        const Quaternion about = Exp({Real{}, Real{}, half * around});
+        q = Product(Product(q, Exp(h)), about);
+        // spin <- exp(-around t z) spin
+        const Real c = about.w * about.w - about.z * about.z, s = 2 * about.w * about.z;
+        PutVector(job.spin + 24 * i, {c * spin.x + s * spin.y, c * spin.y - s * spin.x, spin.z});
+      } else {
+        const Vector h = Times(half, spin);
+        const Real y = Dot(h, h);
+        largest = y > largest ? y : largest;
+        q = Product(q, Exp(h));
+      }
+      // One Newton step back to length 1.
+      const Real scale = S(1.5) - S(0.5) * (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+      Put(turn, scale * q.w);
+      Put(turn + 8, scale * q.x);
+      Put(turn + 16, scale * q.y);
+      Put(turn + 24, scale * q.z);
+    }
+    for (int k = 0; k < 8; ++k) {
+      // The half angle of this drift; a step's is at most twice that.
+      if (!(largest[k] <= S(0.25))) job.turned_too_far = true;
+    }
+  }
+
+  template <bool kEnergy>
+  static TENDRIL_INLINE void KickAs(Job<S>& job) {
+    const Real dt = All(job.time_step), keep = All(job.keep);
+    const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
+    Real largest = Real{}, sum = Real{};
+
+    Vector node = GetVector(job.position), velocity = GetVector(job.velocity);
+    Vector carried{Real{}, Real{}, Real{}};  // force on the node from the element before
+    // Of the element before.
+    Quaternion before_turn{};
+    Vector before_couple{}, before_spin{};
+    Real before_length = Real{}, before_stretch = Real{}, before_l = Real{};
+
+    const auto kick_node = [&](int i, const Vector& internal, Real mobile) __attribute__((always_inline)) {
+      Vector force = internal;
+      if (job.force != nullptr) force = Add(force, GetVector(job.force + 24 * i));
+      const Vector rate = PlusTimes(gravity, Get(job.inverse_mass + 8 * i), force);
+      const Vector v = Times(keep * mobile, PlusTimes(velocity, dt, rate));
+      PutVector(job.velocity + 24 * i, v);
+      sum += v.x + v.y + v.z;
+    };
+    const auto kick_element = [&](int i, const Vector& couple, Real mobile) __attribute__((always_inline)) {
+      const S* const inertia = job.inertia + 32 * i;
+      const Real step = kEnergy ? dt : dt * before_stretch;
+      const Real a = step * Get(inertia + 16), b = step * Get(inertia + 24), share = keep * mobile;
+      const Vector w{share * (before_spin.x + a * couple.x), share * (before_spin.y + a * couple.y),
+                     share * (before_spin.z + b * couple.z)};
+      PutVector(job.spin + 24 * i, w);
+      sum += w.x + w.y + w.z;
+    };
+
+    const Real one = All(1), mobile_first = Get(job.mobile);
+    for (int i = 0; i < job.elements; ++i) {
+      const Vector next = GetVector(job.position + 24 * (i + 1));
+      const Vector next_velocity = GetVector(job.velocity + 24 * (i + 1));
+      const Quaternion turn = GetTurn(job.turn + 32 * i);
+      const Vector spin = GetVector(job.spin + 24 * i);
+      const Real l = Get(job.rest_length + 16 * i), inverse_l = Get(job.rest_length + 16 * i + 8);
+      const Vector edge = Sub(next, node);
+      // Shear and stretch.
+      const Vector along = Times(inverse_l, ToBody(turn, edge));
+      const Vector rest = GetVector(job.rest_strain + 24 * i);
+      const Real across_stiffness = Get(job.shear + 16 * i), along_stiffness = Get(job.shear + 16 * i + 8);
+      const Vector stress{across_stiffness * (along.x - rest.x), across_stiffness * (along.y - rest.y),
+                          along_stiffness * (along.z - 1 - rest.z)};
+      Vector couple = Times(l, Cross(along, stress)), pull = stress;
+      Real length = Real{}, stretch = Real{};
+      if (!kEnergy) {
+        const Real square = Dot(edge, edge);
+        length = Sqrt(square);
+        const Real inverse = 1 / length;
+        stretch = length * inverse_l;
+        const Real dilatation = l * inverse;
+        couple = Times(dilatation, couple);
+        pull = Times(dilatation, pull);
+        // The terms in the spin.
+        const S* const inertia = job.inertia + 32 * i;
+        const Real j1 = dilatation * Get(inertia), j3 = dilatation * Get(inertia + 8);
+        const Real round = (j1 - j3) * spin.z;
+        const Real lengthens = Dot(edge, Sub(next_velocity, velocity)) * inverse * inverse;
+        couple.x += round * spin.y + lengthens * j1 * spin.x;
+        couple.y += lengthens * j1 * spin.y - round * spin.x;
+        couple.z += lengthens * j3 * spin.z;
+      }
+      const Vector force = ToLab(turn, pull);
+      kick_node(i, Sub(force, carried), i == 0 ? mobile_first : one);
+      carried = force;
+      // Bend and twist at the node between the element before and this one.
+      if (i > 0) {
+        const Quaternion inverse{before_turn.w, -before_turn.x, -before_turn.y, -before_turn.z};
+        Real tau2;
+        const Vector turning = Log(Product(inverse, turn), tau2);
+        largest = tau2 > largest ? tau2 : largest;
+        const Real voronoi = S(0.5) * (before_l + l), inverse_voronoi = 1 / voronoi;
+        const Vector rest_curvature = GetVector(job.rest_curvature + 24 * (i - 1));
+        const Real bend = Get(job.bend + 16 * (i - 1)), twist = Get(job.bend + 16 * (i - 1) + 8);
+        Vector moment{bend * (turning.x * inverse_voronoi - rest_curvature.x),
+                      bend * (turning.y * inverse_voronoi - rest_curvature.y),
+                      twist * (turning.z * inverse_voronoi - rest_curvature.z)};
+        if (kEnergy) {
+          const Vector across = Cross(turning, moment);
+          const Vector more = Times(InverseJacobianFactor(Dot(turning, turning)), Cross(turning, across));
+          const Vector straight = Add(moment, more);
+          before_couple = Add(PlusTimes(before_couple, All(S(0.5)), across), straight);
+          couple = Sub(PlusTimes(couple, All(S(0.5)), across), straight);
+        } else {
+          const Real ratio = 2 * voronoi / (before_length + length);
+          moment = Times(ratio * ratio * ratio, moment);
+          const Vector across = Cross(turning, moment);
+          before_couple = Add(PlusTimes(before_couple, All(S(0.5)), across), moment);
+          couple = Sub(PlusTimes(couple, All(S(0.5)), across), moment);
+        }
+        kick_element(i - 1, before_couple, i == 1 ? mobile_first : one);
+      }
+      before_turn = turn;
+      before_couple = couple;
+      before_spin = spin;
+      before_length = length;
+      before_stretch = stretch;
+      before_l = l;
+      node = next;
+      velocity = next_velocity;
+    }
+    kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, one);
+    kick_element(job.elements - 1, before_couple, one);
+    for (int k = 0; k < 8; ++k) {
+      if (!(largest[k] <= S(0.2))) job.turned_too_far = true;
+      if (!(sum[k] - sum[k] == 0)) job.not_finite = true;
+    }
+  }
+
+  static void Kick(Job<S>& job) { job.energy_form ? KickAs<true>(job) : KickAs<false>(job); }
+};
+
+}  // namespace
+
+template <>
+Kernels<double> TENDRIL_ROD_KERNELS<double>() {
+  return {&Kernel<double>::Drift, &Kernel<double>::Kick};
+}
+template <>
+Kernels<float> TENDRIL_ROD_KERNELS<float>() {
+  return {&Kernel<float>::Drift, &Kernel<float>::Kick};
+}
+
+}  // namespace tendril::rod_kernel

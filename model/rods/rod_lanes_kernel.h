@@ -1,0 +1,50 @@
+#pragma once
+// What the kernels of rod_lanes.cpp are given; compiled once per instruction set (rod_lanes_body.h).
+
+namespace tendril::rod_kernel {
+
+template <class S>
+struct Job {
+  int elements;
+  bool energy_form;
+  S time_step;
+  S keep;        // share of velocity and spin that damping leaves in a step
+  S gravity[3];  // m/s^2
+  // [node or element][component][8]
+  S* position;                      // 3, nodes
+  S* velocity;                      // 3, nodes
+  S* turn;                          // w, x, y, z of lab_from_body, elements
+  S* spin;                          // 3, elements
+  const S* force;                   // 3, nodes; null: none
+  const S* inverse_mass;            // nodes
+  const S* rest_length;             // l and 1 / l, elements
+  const S* shear;                   // along d1 and d2; along d3
+  const S* inertia;                 // about d1 and d2, about d3, and their inverses
+  const S* bend;                    // about d1 and d2, about d3; inner nodes
+  const S* rest_strain;             // 3, elements
+  const S* rest_curvature;          // 3, inner nodes
+  const S* mobile;                  // node 0 and element 0: 1, or 0 where clamped
+  bool turned_too_far, not_finite;  // out; never reset
+};
+
+// x += time v, directors turn for `time`.
+template <class S>
+using Drift = void (*)(Job<S>&, S time);
+// Loads of the present positions, then velocities and spins.
+template <class S>
+using Kick = void (*)(Job<S>&);
+
+template <class S>
+struct Kernels {
+  Drift<S> drift;
+  Kick<S> kick;
+};
+
+template <class S>
+Kernels<S> BaseKernels();
+template <class S>
+Kernels<S> Avx2Kernels();
+template <class S>
+Kernels<S> Avx512Kernels();
+
+}  // namespace tendril::rod_kernel

@@ -1,0 +1,148 @@
+// model/rods/rod_lanes.h: the plain stepper's results, on every kernel, in double and single precision.
+#include "model/rods/rod_lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tendril {
+namespace {
+
+using Eigen::Vector3d;
+
+// Rods that differ in everything but their number of elements.
+std::vector<Rod> Rods(std::mt19937& random, int count, int elements) {
+  std::uniform_real_distribution<double> even(0, 1);
+  std::vector<Rod> rods;
+  for (int k = 0; k < count; ++k) {
+    RodDesign design;
+    design.elements = elements;
+    design.length = 0.5 + 0.5 * even(random);
+    design.base_radius = 0.01 + 0.01 * even(random);
+    design.taper = 0.5 + 0.5 * even(random);
+    design.direction = Vector3d(even(random), even(random), -1);
+    design.clamped = k % 3 != 2;
+    Rod rod = MakeRod(design).value();
+    for (auto kappa : rod.rest_curvature.colwise())
+      kappa << 3 * even(random), -4 * even(random), 2 * even(random);
+    for (auto sigma : rod.rest_strain.colwise()) sigma << 0, 0, -0.1 * even(random);
+    if (!design.clamped) {
+      for (auto w : rod.spin.colwise()) w << 5, -3, 8;
+    }
+    rods.push_back(rod);
+  }
+  return rods;
+}
+
+double Farthest(const std::vector<Rod>& a, const std::vector<Rod>& b) {
+  double farthest = 0;
+  for (size_t r = 0; r < a.size(); ++r) {
+    farthest = std::max(farthest, (a[r].position - b[r].position).colwise().norm().maxCoeff());
+    for (size_t i = 0; i < a[r].directors.size(); ++i) {
+      farthest = std::max(farthest, 0.01 * (a[r].directors[i] - b[r].directors[i]).cwiseAbs().maxCoeff());
+    }
+  }
+  return farthest;
+}
+
+PlainOptions Options(RodForm form) {
+  return {.form = form, .time_step = 2e-5, .damping = 0.5, .gravity = {0.5, 0, -9.8}};
+}
+
+class RodLanes : public testing::TestWithParam<std::tuple<int, RodForm>> {
+ protected:
+  void SetUp() override {
+    if (std::get<0>(GetParam()) > RodKernelWidth()) GTEST_SKIP() << "this machine has no such registers";
+    UseRodKernel(std::get<0>(GetParam()));
+  }
+  void TearDown() override { UseRodKernel(0); }
+};
+
+TEST_P(RodLanes, StepAsThePlainStepperDoes) {
+  const RodForm form = std::get<1>(GetParam());
+  std::mt19937 random(7);
+  for (const int count : {1, 3, 8}) {
+    std::vector<Rod> plain = Rods(random, count, 20), lanes = plain, single = plain;
+    auto batch = LaneRods<double>::Make(lanes, form).value();
+    auto rough = LaneRods<float>::Make(lanes, form).value();
+    const std::vector<Rod> start = plain;
+    for (int step = 0; step < 2000; ++step) StepPlain(plain, step * 2e-5, Options(form));
+    EXPECT_EQ(batch.Advance(1500, 0, Options(form)), 1500);
+    EXPECT_EQ(batch.Advance(500, 0.03, Options(form)), 500);
+    EXPECT_EQ(rough.Advance(2000, 0, Options(form)), 2000);
+    batch.Store(lanes);
+    rough.Store(single);
+    EXPECT_GT(Farthest(start, plain), 1e-3) << "nothing moved";
+    EXPECT_LT(Farthest(plain, lanes), 1e-12);
+    EXPECT_LT(Farthest(plain, single), 1e-3);
+  }
+}
+
+TEST_P(RodLanes, ARodDoesNotFeelItsNeighbours) {
+  const RodForm form = std::get<1>(GetParam());
+  std::mt19937 random(8);
+  const std::vector<Rod> rods = Rods(random, 8, 10);
+  const auto run = [&](std::vector<Rod> some) {
+    auto batch = LaneRods<double>::Make(some, form).value();
+    batch.Advance(500, 0, Options(form));
+    batch.Store(some);
+    return some;
+  };
+  const std::vector<Rod> all = run(rods);
+  const std::vector<Rod> one = run({rods[5]});
+  EXPECT_EQ((all[5].position - one[0].position).cwiseAbs().maxCoeff(), 0) << "to the bit";
+}
+
+// Rest curvatures that grow and a force at the tip, both set in the middle of each step.
+TEST_P(RodLanes, WhatIsSetInTheMiddleOfAStepCounts) {
+  const RodForm form = std::get<1>(GetParam());
+  std::mt19937 random(9);
+  std::vector<Rod> plain = Rods(random, 2, 12), lanes = plain;
+  auto batch = LaneRods<double>::Make(lanes, form).value();
+  const auto curvature = [](double time) { return 100 * time; };
+  const Vector3d pull(0.01, -0.02, 0.03);
+  for (int step = 0; step < 1000; ++step) {
+    StepPlain(plain, step * 2e-5, Options(form),
+              [&](double time, std::span<Rod> rods, std::span<Eigen::Matrix3Xd> forces) {
+                for (Rod& rod : rods) rod.rest_curvature.row(1).setConstant(curvature(time));
+                forces[1].col(12) += pull;
+              });
+  }
+  batch.Advance(1000, 0, Options(form), [&](double time, LaneRods<double>& rods) {
+    for (int i = 0; i < 11; ++i) {
+      for (int lane = 0; lane < 2; ++lane) {
+        rods.rest_curvatures()[static_cast<size_t>((3 * i + 1) * kRodLanes + lane)] = curvature(time);
+      }
+    }
+    for (int k = 0; k < 3; ++k) rods.forces()[static_cast<size_t>((3 * 12 + k) * kRodLanes + 1)] += pull[k];
+  });
+  batch.Store(lanes);
+  EXPECT_LT(Farthest(plain, lanes), 1e-12);
+}
+
+TEST_P(RodLanes, WhatDivergesStopsAndSaysSo) {
+  const RodForm form = std::get<1>(GetParam());
+  std::mt19937 random(10);
+  std::vector<Rod> rods = Rods(random, 4, 20);
+  PlainOptions options = Options(form);
+  options.time_step = 2e-3;  // ten times beyond the limit
+  auto batch = LaneRods<double>::Make(rods, form).value();
+  EXPECT_LT(batch.Advance(100000, 0, options), 1000);
+  EXPECT_TRUE(batch.trouble().any());
+}
+
+INSTANTIATE_TEST_SUITE_P(Kernels, RodLanes,
+                         testing::Combine(testing::Values(2, 4, 8),
+                                          testing::Values(RodForm::kPaper, RodForm::kEnergy)));
+
+TEST(LaneRods, RefusesWhatDoesNotFitSideBySide) {
+  std::mt19937 random(11);
+  std::vector<Rod> rods = Rods(random, 2, 10);
+  rods.push_back(Rods(random, 1, 11)[0]);
+  EXPECT_FALSE(LaneRods<double>::Make(rods, RodForm::kPaper).ok());
+  EXPECT_FALSE(LaneRods<double>::Make({}, RodForm::kPaper).ok());
+}
+
+}  // namespace
+}  // namespace tendril
