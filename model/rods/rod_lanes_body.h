@@ -3,10 +3,10 @@
 // standard library compiled here with wide instructions could be the copy that the linker keeps for the whole
 // program.
 //
-// Eight rods side by side: every variable is eight numbers, one per rod. Sources of the equations:
-// rod_plain.h.
+// Every variable is as many numbers as a register holds, one per rod; eight rods take one to four goes.
+// Sources of the equations: rod_plain.h.
 #include <stdint.h>
-#ifdef __AVX__
+#if TENDRIL_ROD_WIDTH > 2
 #include <immintrin.h>
 #endif
 
@@ -17,43 +17,43 @@ namespace {
 
 #define TENDRIL_INLINE inline __attribute__((always_inline))
 
+constexpr int kDoubles = TENDRIL_ROD_WIDTH;                                 // in a register
+constexpr int kFloats = TENDRIL_ROD_WIDTH < 4 ? 2 * TENDRIL_ROD_WIDTH : 8;  // no more than there are rods
+
 template <class S>
 struct Types;
 template <>
 struct Types<double> {
-  typedef double Real __attribute__((vector_size(64)));
-  typedef int64_t Mask __attribute__((vector_size(64)));
+  static constexpr int kWidth = kDoubles;
+  typedef double Real __attribute__((vector_size(8 * kDoubles)));
+  typedef int64_t Mask __attribute__((vector_size(8 * kDoubles)));
 };
 template <>
 struct Types<float> {
-  typedef float Real __attribute__((vector_size(32)));
-  typedef int32_t Mask __attribute__((vector_size(32)));
+  static constexpr int kWidth = kFloats;
+  typedef float Real __attribute__((vector_size(4 * kFloats)));
+  typedef int32_t Mask __attribute__((vector_size(4 * kFloats)));
 };
 
-typedef Types<double>::Real Double8;
-typedef Types<float>::Real Float8;
+typedef Types<double>::Real Doubles;
+typedef Types<float>::Real Floats;
 
-TENDRIL_INLINE Double8 Sqrt(Double8 a) {
-#if defined(__AVX512F__)
-  return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
-#elif defined(__AVX__)
-  __m256d half[2];
-  __builtin_memcpy(half, &a, sizeof a);
-  half[0] = _mm256_sqrt_pd(half[0]);
-  half[1] = _mm256_sqrt_pd(half[1]);
-  __builtin_memcpy(&a, half, sizeof a);
-  return a;
+TENDRIL_INLINE Doubles Sqrt(Doubles a) {
+#if TENDRIL_ROD_WIDTH == 8
+  return reinterpret_cast<Doubles>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
+#elif TENDRIL_ROD_WIDTH == 4
+  return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a)));
 #else
-  for (int k = 0; k < 8; ++k) a[k] = __builtin_sqrt(a[k]);
+  for (int k = 0; k < kDoubles; ++k) a[k] = __builtin_sqrt(a[k]);
   return a;
 #endif
 }
 
-TENDRIL_INLINE Float8 Sqrt(Float8 a) {
-#if defined(__AVX__)
-  return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
+TENDRIL_INLINE Floats Sqrt(Floats a) {
+#if TENDRIL_ROD_WIDTH > 2
+  return reinterpret_cast<Floats>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
 #else
-  for (int k = 0; k < 8; ++k) a[k] = __builtin_sqrtf(a[k]);
+  for (int k = 0; k < kFloats; ++k) a[k] = __builtin_sqrtf(a[k]);
   return a;
 #endif
 }
@@ -174,7 +174,7 @@ struct Kernel {
     return p * y + S(0.083333333333333329);
   }
 
-  static void Drift(Job<S>& job, S time) {
+  static TENDRIL_INLINE void DriftGroup(Job<S>& job, S time) {
     const Real t = All(time), half = All(S(0.5) * time);
     for (int i = 0; i <= job.elements; ++i) {
       PutVector(job.position + 24 * i,
@@ -210,14 +210,14 @@ struct Kernel {
       Put(turn + 16, scale * q.y);
       Put(turn + 24, scale * q.z);
     }
-    for (int k = 0; k < 8; ++k) {
+    for (int k = 0; k < Types<S>::kWidth; ++k) {
       // The half angle of this drift; a step's is at most twice that.
       if (!(largest[k] <= S(0.25))) job.turned_too_far = true;
     }
   }
 
   template <bool kEnergy>
-  static TENDRIL_INLINE void KickAs(Job<S>& job) {
+  static TENDRIL_INLINE void KickGroup(Job<S>& job) {
     const Real dt = All(job.time_step), keep = All(job.keep);
     const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
     Real largest = Real{}, sum = Real{};
@@ -321,13 +321,51 @@ struct Kernel {
     }
     kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, one);
     kick_element(job.elements - 1, before_couple, one);
-    for (int k = 0; k < 8; ++k) {
+    for (int k = 0; k < Types<S>::kWidth; ++k) {
       if (!(largest[k] <= S(0.2))) job.turned_too_far = true;
       if (!(sum[k] - sum[k] == 0)) job.not_finite = true;
     }
   }
 
-  static void Kick(Job<S>& job) { job.energy_form ? KickAs<true>(job) : KickAs<false>(job); }
+  // The rods from `first` on; what they report goes back to the whole job.
+  struct Group {
+    Job<S> job;
+    Job<S>& whole;
+
+    TENDRIL_INLINE Group(Job<S>& of, int first) : job(of), whole(of) {
+      job.position += first;
+      job.velocity += first;
+      job.turn += first;
+      job.spin += first;
+      if (job.force != nullptr) job.force += first;
+      job.inverse_mass += first;
+      job.rest_length += first;
+      job.shear += first;
+      job.inertia += first;
+      job.bend += first;
+      job.rest_strain += first;
+      job.rest_curvature += first;
+      job.mobile += first;
+    }
+    TENDRIL_INLINE ~Group() {
+      whole.turned_too_far = whole.turned_too_far || job.turned_too_far;
+      whole.not_finite = whole.not_finite || job.not_finite;
+    }
+  };
+
+  static void Drift(Job<S>& job, S time) {
+    for (int first = 0; first < 8; first += Types<S>::kWidth) {
+      Group group(job, first);
+      DriftGroup(group.job, time);
+    }
+  }
+
+  static void Kick(Job<S>& job) {
+    for (int first = 0; first < 8; first += Types<S>::kWidth) {
+      Group group(job, first);
+      job.energy_form ? KickGroup<true>(group.job) : KickGroup<false>(group.job);
+    }
+  }
 };
 
 }  // namespace

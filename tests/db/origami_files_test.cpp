@@ -9,7 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <regex>
+#include <sstream>
 
 #include "model/fold/exact_law.h"
 #include "model/fold/fold.h"
@@ -124,6 +124,14 @@ TEST(FoldText, ThePatternIsAPlanarGraphOfCounterclockwiseFaces) {
   }
 }
 
+// An attribute's value in an element on one line; empty: it has none.
+std::string Attribute(const std::string& element, const std::string& name) {
+  const size_t at = element.find(" " + name + "=\"");
+  if (at == std::string::npos) return "";
+  const size_t from = at + name.size() + 3;
+  return element.substr(from, element.find('"', from) - from);
+}
+
 // Read as Origami Simulator reads it: children of <svg> only, type by stroke, target by opacity.
 TEST(OrigamiSvg, LinesCarryTypeAndTargetAngle) {
   TentacleDesign design;
@@ -133,17 +141,17 @@ TEST(OrigamiSvg, LinesCarryTypeAndTargetAngle) {
   for (const Eigen::VectorXd& angle : {w.frames[0].angle, exact}) {
     const std::string svg = OrigamiSvg(w.pattern, angle);
     EXPECT_EQ(svg.find("<g"), std::string::npos);
-    const std::regex line(
-        "<line x1=\"([^\"]+)\" y1=\"([^\"]+)\" x2=\"([^\"]+)\" y2=\"([^\"]+)\" stroke=\"([^\"]+)\"(?: "
-        "opacity=\"([^\"]+)\")? stroke-width=\"0.2\"/>");
     std::map<std::string, int> count;
     std::map<double, std::pair<std::string, double>> creases;  // by place along the sheet
-    for (auto at = std::sregex_iterator(svg.begin(), svg.end(), line); at != std::sregex_iterator(); ++at) {
-      const std::smatch& m = *at;
-      ++count[m[5]];
-      if (m[5] == "#000000") continue;
-      const double place = 0.5 * (std::stod(m[1]) + std::stod(m[3])) - 2;
-      creases[place] = {m[5], m[6].matched ? 180 * std::stod(m[6]) : 0.0};
+    std::istringstream lines(svg);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.rfind("<line ", 0) != 0) continue;
+      const std::string stroke = Attribute(line, "stroke");
+      ++count[stroke];
+      if (stroke == "#000000") continue;
+      const double place = 0.5 * (std::stod(Attribute(line, "x1")) + std::stod(Attribute(line, "x2"))) - 2;
+      const std::string opacity = Attribute(line, "opacity");
+      creases[place] = {stroke, opacity.empty() ? 0.0 : 180 * std::stod(opacity)};
     }
     EXPECT_EQ(count["#000000"], 2 * 49 + 2);
     ASSERT_EQ(creases.size(), 48u);
