@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "model/machine.h"
 #include "model/rods/rod_lanes.h"
 #include "model/rods/rod_plain.h"
 
@@ -45,7 +46,7 @@ BENCHMARK_CAPTURE(Plain, energy, RodForm::kEnergy);
 template <class S>
 void Lanes(benchmark::State& state, RodForm form) {
   const int width = static_cast<int>(state.range(0)), elements = static_cast<int>(state.range(1));
-  if (width > RodKernelWidth()) return state.SkipWithError("not on this machine");
+  if (width > MachineDoubles()) return state.SkipWithError("not on this machine");
   UseRodKernel(width);
   LaneRods<S> rods = LaneRods<S>::Make(Rods(8, elements), form).value();
   for (auto _ : state) rods.Advance(100, 0, Options(form, elements));

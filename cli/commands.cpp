@@ -12,6 +12,7 @@
 #include "cli/plot_commands.h"
 #include "cli/plot_shapes_command.h"
 #include "cli/record_command.h"
+#include "cli/simulate_command.h"
 #include "cli/stats_command.h"
 #include "cli/track_command.h"
 #include "cli/trials_commands.h"
@@ -39,6 +40,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeTrialsNoteCommand());
   all.push_back(MakeTrialsVoidCommand());
   all.push_back(MakeStatsCommand());
+  all.push_back(MakeSimulateCommand());
   all.push_back(MakePlotCurvesCommand());
   all.push_back(MakePlotCurvatureCommand());
   all.push_back(MakePlotLinkCommand());

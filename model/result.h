@@ -12,6 +12,7 @@ enum class ErrorKind {
   kBadInput,     // the call, file or option is wrong: exit 2
   kNotFound,     // exit 2
   kUnreachable,  // well-formed, but has no solution: exit 1
+  kDiverged,     // a run that blew up: exit 1
   kIo,           // disk, camera, servo, database: exit 1
   kStopped,      // asked to stop: exit 1
 };

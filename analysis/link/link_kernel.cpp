@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/check.h"
+#include "model/machine.h"
 
 namespace tendril {
 namespace {
@@ -72,16 +73,7 @@ AngleSum Sum(const NodeArrays& a, const NodeArrays& b, bool own, int width) {
 
 }  // namespace
 
-int LinkKernelWidth() {
-#ifdef TENDRIL_LINK_X86
-  static const int width = __builtin_cpu_supports("avx512f")                                 ? 8
-                           : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? 4
-                                                                                             : 2;
-  return width;
-#else
-  return 2;
-#endif
-}
+int LinkKernelWidth() { return MachineDoubles(); }
 
 AngleSum SumSegmentAngles(const NodeArrays& a, const NodeArrays& b, int width) {
   return Sum(a, b, false, width);

@@ -5,24 +5,14 @@
 #include <cmath>
 
 #include "model/check.h"
+#include "model/machine.h"
 #include "model/rods/rod_lanes_kernel.h"
 
 namespace tendril {
 namespace {
 
-int MachineWidth() {
-#ifdef TENDRIL_ROD_X86
-  static const int width = __builtin_cpu_supports("avx512f")                                 ? 8
-                           : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? 4
-                                                                                             : 2;
-  return width;
-#else
-  return 2;
-#endif
-}
-
 int& ChosenWidth() {
-  static int width = MachineWidth();
+  static int width = MachineDoubles();
   return width;
 }
 
@@ -37,11 +27,9 @@ rod_kernel::Kernels<S> KernelsOfThisMachine() {
 
 }  // namespace
 
-int RodKernelWidth() { return MachineWidth(); }
-
 void UseRodKernel(int width) {
-  TENDRIL_CHECK(width <= MachineWidth());
-  ChosenWidth() = width > 0 ? width : MachineWidth();
+  TENDRIL_CHECK(width <= MachineDoubles());
+  ChosenWidth() = width > 0 ? width : MachineDoubles();
 }
 
 template <class S>

@@ -71,9 +71,7 @@ class LaneRods {
   LaneTrouble trouble_;
 };
 
-// Doubles in a register of this machine that the kernels use: 8 (AVX-512), 4 (AVX2 with FMA) or 2.
-int RodKernelWidth();
-// For tests: 2, 4 or 8, not above what the machine has; 0: the widest.
+// For tests: kernels of 2, 4 or 8 doubles to a register, not above MachineDoubles(); 0: the widest.
 void UseRodKernel(int width);
 
 extern template class LaneRods<double>;

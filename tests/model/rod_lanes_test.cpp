@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "model/machine.h"
+
 namespace tendril {
 namespace {
 
@@ -53,7 +55,7 @@ PlainOptions Options(RodForm form) {
 class RodLanes : public testing::TestWithParam<std::tuple<int, RodForm>> {
  protected:
   void SetUp() override {
-    if (std::get<0>(GetParam()) > RodKernelWidth()) GTEST_SKIP() << "this machine has no such registers";
+    if (std::get<0>(GetParam()) > MachineDoubles()) GTEST_SKIP() << "this machine has no such registers";
     UseRodKernel(std::get<0>(GetParam()));
   }
   void TearDown() override { UseRodKernel(0); }

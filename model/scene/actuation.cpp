@@ -1,0 +1,65 @@
+#include "model/scene/actuation.h"
+
+#include <algorithm>
+
+#include "model/fold/facet_chain.h"
+#include "model/fold/fold.h"
+
+namespace tendril {
+namespace {
+
+constexpr int kTable = 300;  // entries over the pull
+
+std::uint64_t Mixed(std::uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+  return z ^ (z >> 31);
+}
+
+}  // namespace
+
+double UniformDraw(std::uint64_t seed, std::uint64_t trial, std::uint64_t tentacle, std::uint64_t which) {
+  std::uint64_t hash = 0;
+  for (const std::uint64_t word : {seed, trial, tentacle, which}) {
+    hash = Mixed(hash + word + 0x9E3779B97F4A7C15U);
+  }
+  return static_cast<double>(hash >> 11) * 0x1p-53;
+}
+
+Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, std::uint64_t seed,
+                                                  std::uint64_t trial, int tentacle) {
+  const auto draw = [&](std::uint64_t which) {
+    return UniformDraw(seed, trial, static_cast<std::uint64_t>(tentacle), which);
+  };
+  TentacleActuation actuation;
+  actuation.pull_ = gripper.pull;
+  actuation.delay_ = gripper.delay_low + (gripper.delay_high - gripper.delay_low) * draw(0);
+  actuation.rate_ = gripper.pull_rate + gripper.rate_perturbation * (2 * draw(1) - 1);
+  const TentacleDesign design = DesignOfTentacle(gripper.gripper, gripper.design, tentacle);
+  const Result<TentacleLayout> layout = LayOut(design);
+  if (!layout.ok()) return layout.error();
+  for (int i = 0; i <= kTable; ++i) {
+    const Result<Fold> fold = SolveFold(design, gripper.pull * i / kTable);
+    if (!fold.ok()) return fold.error();
+    const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
+    const TendonCurve curve = TendonCurveOf(layout.value(), chain, fold.value().angle);
+    actuation.table_.push_back(
+        RestCurvatureOf(layout.value(), curve,
+                        {.elements = gripper.rod.elements, .map = gripper.curvature_map})
+            .curvature);
+  }
+  return actuation;
+}
+
+double TentacleActuation::PullAt(double time) const {
+  return std::clamp(rate_ * (time - delay_), 0.0, pull_);
+}
+
+void TentacleActuation::RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const {
+  const double place = pull_ > 0 ? pull / pull_ * kTable : 0;
+  const auto entry = std::min(static_cast<std::size_t>(place), table_.size() - 2);
+  const double share = place - static_cast<double>(entry);
+  curvature = (1 - share) * table_[entry] + share * table_[entry + 1];
+}
+
+}  // namespace tendril

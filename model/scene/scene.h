@@ -1,0 +1,72 @@
+#pragma once
+// What a simulation is told: rods, a gripper made of them, a fixed object, how they touch and for how long.
+// Read from a scene file by db/files/scene_toml.h; SI units, lab frame, angles in radians.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/fold/design.h"
+#include "model/fold/gripper.h"
+#include "model/fold/rest_curvature.h"
+#include "model/rods/contact.h"
+#include "model/rods/rod.h"
+
+namespace tendril {
+
+enum class SimulationLevel {
+  kPaper,     // the published form at 20 us
+  kStandard,  // loads that are an energy's gradient, at half the stable step
+};
+
+// A plain rod, for mechanics.
+struct SceneRod {
+  std::string name;
+  RodDesign design;
+  Eigen::Vector3d rest_curvature = Eigen::Vector3d::Zero();  // 1/m, reached at the ramp's end
+  double ramp_start = 0, ramp_end = 0;                       // s
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();        // of all nodes at the start, m/s
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // about the centre of mass at the start, rad/s
+  double damping = 0;                                        // 1/s
+  Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();       // N
+};
+
+enum class Shortening {
+  kCarrier,  // rods keep their length, the carrier's radius grows as 1 / (1 - mean pull), as in the paper
+  kTrue,     // rest lengths follow the pull
+};
+
+struct SceneGripper {
+  TentacleDesign design;
+  Gripper gripper;
+  CurvatureMap curvature_map = CurvatureMap::kTurning;
+  double pull = 0.3;                       // reached by every tentacle
+  double pull_rate = 0.03;                 // 1/s
+  double delay_low = 0, delay_high = 0.5;  // s, uniform between
+  double rate_perturbation = 0.001875;     // 1/s, uniform between minus and plus
+  Shortening shortening = Shortening::kCarrier;
+  RodDesign rod;       // base_radius, moduli, density and elements count; the rest follows from the design
+  double damping = 0;  // 1/s
+};
+
+struct SceneObject {
+  std::string kind = "cylinder";  // cylinder or capsule (one shape here: rounded ends), sphere
+  FixedBody body;
+};
+
+struct Scene {
+  std::string name;
+  double duration = 10;  // s
+  std::uint64_t seed = 1;
+  SimulationLevel level = SimulationLevel::kStandard;
+  double time_step = 0;  // s; 0: the level's
+  Eigen::Vector3d gravity = Eigen::Vector3d(0, 0, -9.80665);
+  std::optional<SceneGripper> gripper;
+  std::vector<SceneObject> objects;
+  Contact contact;
+  std::vector<SceneRod> rods;
+};
+
+}  // namespace tendril

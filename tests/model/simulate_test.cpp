@@ -1,0 +1,137 @@
+// model/scene: plans, drives and steps; closed forms for what comes out.
+#include "model/scene/simulate.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "model/fold/fold.h"
+#include "model/scene/actuation.h"
+
+namespace tendril {
+namespace {
+
+using Eigen::Vector3d;
+
+Scene OneRod() {
+  Scene scene;
+  scene.gravity.setZero();
+  SceneRod rod;
+  rod.name = "a";
+  rod.design.length = 0.3;
+  rod.design.base_radius = 0.012;
+  rod.design.density = 100;
+  rod.design.youngs_modulus = 1e6;
+  rod.design.shear_modulus = 4e5;
+  rod.design.elements = 60;
+  rod.damping = 30;
+  scene.rods = {rod};
+  return scene;
+}
+
+TEST(Simulate, RestCurvatureAndTwistMakeAHelix) {
+  Scene scene = OneRod();
+  const double kappa = 7.5, tau = 5;
+  scene.rods[0].rest_curvature = {0, kappa, tau};
+  scene.rods[0].ramp_end = 0.5;
+  const SimulationPlan plan = PlanScene(scene).value();
+  EXPECT_FALSE(plan.rod_contact);
+  const Simulated run = Simulate(scene, plan, {0, 2}).value();
+  ASSERT_EQ(run.diverged, "");
+  const Eigen::Matrix3Xd points = run.curves[0].curves.back().points;
+  // All nodes lie on a cylinder of radius kappa / (kappa^2 + tau^2) about the axis along tau d3 + kappa d2.
+  const Vector3d axis = Vector3d(0, kappa, tau).normalized();
+  const double radius = kappa / (kappa * kappa + tau * tau);
+  // The curve bends from d3 toward kappa x d3 = d2 x d3 = d1.
+  // Element 0 is straight and clamped: the helix has its frame at its middle.
+  const Vector3d centre = Vector3d(radius, 0, 0.0025);
+  for (Eigen::Index i = 1; i < points.cols(); ++i) {
+    const Vector3d from = points.col(i) - centre;
+    EXPECT_NEAR((from - axis.dot(from) * axis).norm(), radius, 1e-3 * radius) << i;
+  }
+  EXPECT_NEAR(axis.dot(points.rightCols<1>().col(0)), 0.3 * tau / std::hypot(kappa, tau), 1e-4);
+}
+
+TEST(Simulate, MeetsTheTimesAskedForInEqualSteps) {
+  Scene scene = OneRod();
+  scene.rods[0].tip_force = {0.001, 0, 0};
+  const SimulationPlan plan = PlanScene(scene).value();
+  const Simulated run = Simulate(scene, plan, {0, 0.01, 0.0123, 0.05}).value();
+  ASSERT_EQ(run.curves[0].time.size(), 4);
+  EXPECT_EQ(run.curves[0].time[2], 0.0123);
+  EXPECT_NEAR(static_cast<double>(run.steps), 0.05 / plan.time_step, 4);
+  EXPECT_FALSE(Simulate(scene, plan, {0.2, 0.1}).ok());
+}
+
+// Contact switched on by hand changes nothing where nothing touches: the plain and the fast stepper meet.
+TEST(Simulate, FullPhysicsAgreesWithThePlanWhereNothingMeets) {
+  Scene scene = OneRod();
+  scene.rods.push_back(scene.rods[0]);
+  scene.rods[1].design.start = {5, 0, 0};
+  scene.rods[1].rest_curvature = {0, 2, 0};
+  scene.rods[1].tip_force = {0, 1e-3, 0};
+  for (const SimulationLevel level : {SimulationLevel::kPaper, SimulationLevel::kStandard}) {
+    scene.level = level;
+    const SimulationPlan plan = PlanScene(scene).value();
+    const SimulationPlan full = PlanScene(scene, true).value();
+    EXPECT_FALSE(plan.rod_contact || plan.self_contact);
+    EXPECT_TRUE(full.rod_contact && full.self_contact);
+    const Simulated a = Simulate(scene, plan, {0.02}).value();
+    const Simulated b = Simulate(scene, full, {0.02}).value();
+    for (size_t r = 0; r < 2; ++r) {
+      const auto moved = a.curves[r].curves[0].points - b.curves[r].curves[0].points;
+      EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-12);
+    }
+  }
+}
+
+TEST(Simulate, AStepTooLongDivergesAndSaysSo) {
+  Scene scene = OneRod();
+  scene.rods[0].rest_curvature = {0, 5, 0};
+  scene.time_step = 0.01;
+  const Simulated run = Simulate(scene, PlanScene(scene).value(), {0, 1, 2}).value();
+  EXPECT_NE(run.diverged.find("try time_step"), std::string::npos) << run.diverged;
+  EXPECT_EQ(run.curves[0].time.size(), 1) << "what was reached is kept";
+}
+
+TEST(UniformDraw, IsEvenAndDoesNotRepeat) {
+  std::set<double> seen;
+  double sum = 0, squares = 0;
+  const int n = 20000;
+  for (int i = 0; i < n; ++i) {
+    const double u = UniformDraw(1, static_cast<std::uint64_t>(i / 8), static_cast<std::uint64_t>(i % 8), 0);
+    EXPECT_TRUE(u >= 0 && u < 1);
+    seen.insert(u);
+    sum += u;
+    squares += u * u;
+  }
+  EXPECT_EQ(seen.size(), static_cast<size_t>(n));
+  EXPECT_NEAR(sum / n, 0.5, 4 / std::sqrt(12.0 * n));
+  EXPECT_NEAR(squares / n, 1.0 / 3, 0.01);
+  EXPECT_NE(UniformDraw(1, 2, 3, 0), UniformDraw(1, 3, 2, 0));
+}
+
+TEST(TentacleActuation, PullsAfterItsDelayAtItsRate) {
+  SceneGripper gripper;
+  gripper.rod.elements = 40;
+  const TentacleActuation first = TentacleActuation::Make(gripper, 5, 0, 0).value();
+  EXPECT_EQ(first.PullAt(0), 0);
+  EXPECT_EQ(first.PullAt(100), 0.3);
+  const double rate = (first.PullAt(4) - first.PullAt(3)) / 1;
+  EXPECT_NEAR(rate, 0.03, 0.001875);
+  // Half-way between table entries it is still the fold's own curvature.
+  Eigen::Matrix3Xd at(3, 39);
+  const double pull = 0.2005;
+  first.RestCurvature(pull, at);
+  const TentacleLayout layout = LayOut(gripper.design).value();
+  const Fold fold = SolveFold(gripper.design, pull).value();
+  const RestCurvature exact = RestCurvatureOf(
+      layout, TendonCurveOf(layout, FoldChain(layout, fold.angle), fold.angle), {.elements = 40});
+  EXPECT_LT((at - exact.curvature).cwiseAbs().maxCoeff(), 1e-3 * exact.curvature.cwiseAbs().maxCoeff());
+}
+
+}  // namespace
+}  // namespace tendril
