@@ -1,5 +1,6 @@
 #include "model/rods/contact.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +19,10 @@ struct Side {
   Vector3d start_velocity = Vector3d::Zero(), end_velocity = Vector3d::Zero();
   double radius = 0;
   double share = 0.5;  // of the end node, where the law shares by rule
+  // Edges of the elements before and behind, and which part of a contact at the node between is this
+  // element's.
+  Vector3d before = Vector3d::Zero(), behind = Vector3d::Zero();
+  double start_part = 1, end_part = 1;
 };
 
 Side SideOf(const Rod& rod, Index element) {
@@ -30,6 +35,14 @@ Side SideOf(const Rod& rod, Index element) {
   // A rod's end nodes have half the mass of the others.
   if (element == 0) side.share = 2.0 / 3;
   if (element == rod.elements() - 1) side.share = 1.0 / 3;
+  if (element > 0) {
+    side.before = side.start - rod.position.col(element - 1);
+    side.start_part = 0.5;
+  }
+  if (element + 1 < rod.elements()) {
+    side.behind = rod.position.col(element + 2) - side.end;
+    side.end_part = 0.5;
+  }
   return side;
 }
 
@@ -38,6 +51,28 @@ struct Touch {
   Vector3d force;       // on b; a takes the opposite
   double a_end, b_end;  // share of the end node
 };
+
+// The part of a contact that is this side's, its closest point at share s of the element and the other's from
+// there along `apart`.
+double PartOf(const Side& side, double s, const Vector3d& apart) {
+  const double tolerance = 1e-9 * (side.end - side.start).squaredNorm();
+  if (s > 1 - 1e-9) return apart.dot(side.behind) > tolerance ? 0 : side.end_part;
+  if (s < 1e-9) return -apart.dot(side.before) > tolerance ? 0 : side.start_part;
+  return 1;
+}
+
+double PartOf(const Side& a, const Side& b, const ClosestPoints& closest) {
+  const Vector3d u = a.end - a.start, v = b.end - b.start;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm();
+  const double slant = closest.apart.dot(u);
+  if (uu * vv > 0 && u.cross(v).squaredNorm() <= 1e-14 * uu * vv &&
+      slant * slant <= 1e-14 * uu * closest.apart.squaredNorm()) {
+    const double from = std::clamp(u.dot(b.start - a.start) / uu, 0.0, 1.0);
+    const double to = std::clamp(u.dot(b.end - a.start) / uu, 0.0, 1.0);
+    return std::abs(to - from) * std::max(1.0, std::sqrt(uu / vv));
+  }
+  return PartOf(a, closest.s, closest.apart) * PartOf(b, closest.t, -closest.apart);
+}
 
 Touch TouchOf(const Contact& contact, const Side& a, const Side& b) {
   Touch touch;
@@ -62,9 +97,10 @@ Touch TouchOf(const Contact& contact, const Side& a, const Side& b) {
   const Vector3d normal = closest.apart / distance;
   const Vector3d approach = (1 - a_speed) * a.start_velocity + a_speed * a.end_velocity -
                             (1 - b_speed) * b.start_velocity - b_speed * b.end_velocity;
+  const double part = by_place ? PartOf(a, b, closest) : 1;
   const double size =
       contact.stiffness * overlap * std::sqrt(overlap) + contact.damping * approach.dot(normal);
-  touch.force = (by_place ? std::max(size, 0.0) : size) * normal;
+  touch.force = part * (by_place ? std::max(size, 0.0) : size) * normal;
   return touch;
 }
 
@@ -96,14 +132,20 @@ void AddRodContact(const Contact& contact, const Rod& a, const Rod& b, Matrix3Xd
   }
 }
 
+Index FirstThatMayTouch(const Rod& rod, Index i) {
+  double along = 0.5 * rod.rest_length[i];  // to the middle of element j
+  for (Index j = i + 1; j < rod.elements(); ++j) {
+    along += 0.5 * (rod.rest_length[j] + (j > i + 1 ? rod.rest_length[j - 1] : 0));
+    const double near = rod.radius[i] + rod.radius[j] + 0.5 * (rod.rest_length[i] + rod.rest_length[j]);
+    if (along > near) return j;
+  }
+  return rod.elements();
+}
+
 void AddSelfContact(const Contact& contact, const Rod& rod, Matrix3Xd& force) {
   for (Index i = 0; i < rod.elements(); ++i) {
     const Side side = SideOf(rod, i);
-    double along = 0.5 * rod.rest_length[i];  // to the middle of element j
-    for (Index j = i + 1; j < rod.elements(); ++j) {
-      along += 0.5 * (rod.rest_length[j] + (j > i + 1 ? rod.rest_length[j - 1] : 0));
-      const double near = rod.radius[i] + rod.radius[j] + 0.5 * (rod.rest_length[i] + rod.rest_length[j]);
-      if (along <= near) continue;
+    for (Index j = FirstThatMayTouch(rod, i); j < rod.elements(); ++j) {
       const Touch touch = TouchOf(contact, side, SideOf(rod, j));
       if (!touch.touches) continue;
       Share(-touch.force, touch.a_end, i, force);

@@ -9,9 +9,16 @@
 namespace tendril {
 
 enum class ContactLaw {
-  kHertzSegments,  // between the closest points of two elements, shared by where on the element they lie
-  kHertzEqual,     // the same points, but half on either node (an end element: a third on the rod's end)
-  kHertzCenters,   // between the elements' centres, as the paper says
+  // Between the closest points of two elements, shared by where on the element they lie. Where a closest
+  // point
+  // is a node and the neighbouring element goes on toward the other, the contact is the neighbour's alone;
+  // where
+  // it does not, each element has its share, so that one contact counts once. Elements side by side, parallel
+  // within 1e-7 rad, count by how much of their length does lie side by side.
+  kHertzSegments,
+  kHertzEqual,  // the closest points of every pair, half on either node (an end element: a third on the rod's
+                // end)
+  kHertzCenters,  // between the elements' centres, as the paper says
 };
 
 // |F| = stiffness eps^(3/2) + damping * (speed of approach) along the normal, where eps = the radii's sum
@@ -29,6 +36,10 @@ struct FixedBody {
   Eigen::Vector3d end = Eigen::Vector3d::Zero();
   double radius = 0;
 };
+
+// The first element after element i of a rod (from i + 1 on) that may touch it; the number of elements if
+// none.
+Eigen::Index FirstThatMayTouch(const Rod& rod, Eigen::Index i);
 
 // An element's radius as its stretch leaves it, at constant volume, m.
 double PresentRadius(const Rod& rod, Eigen::Index element);

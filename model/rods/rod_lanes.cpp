@@ -32,6 +32,8 @@ void UseRodKernel(int width) {
   ChosenWidth() = width > 0 ? width : MachineDoubles();
 }
 
+int RodKernelWidth() { return ChosenWidth(); }
+
 template <class S>
 Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
   if (rods.empty() || rods.size() > kRodLanes) {
@@ -69,6 +71,7 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
   at.rest_strain = room(3 * n);
   at.rest_curvature = room(3 * (n - 1));
   at.mobile = room(1);
+  at.keep = room(1);
   lanes.memory_.assign(end, S(0));
 
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
@@ -111,21 +114,15 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
 }
 
 template <class S>
-int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, const Middle& middle) {
-  TENDRIL_CHECK(options.form == form_);
+rod_kernel::Job<S> LaneRods<S>::MakeJob() {
   const auto at = [&](size_t from) { return memory_.data() + from; };
-  const double dt = options.time_step;
   rod_kernel::Job<S> job{};
   job.elements = elements_;
   job.energy_form = form_ == RodForm::kEnergy;
-  job.time_step = static_cast<S>(dt);
-  job.keep = static_cast<S>(std::exp(-options.damping * dt));
-  for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
   job.position = at(at_.position);
   job.velocity = at(at_.velocity);
   job.turn = at(at_.turn);
   job.spin = at(at_.spin);
-  job.force = middle ? at(at_.force) : nullptr;
   job.inverse_mass = at(at_.inverse_mass);
   job.rest_length = at(at_.rest_length);
   job.shear = at(at_.shear);
@@ -134,24 +131,58 @@ int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, co
   job.rest_strain = at(at_.rest_strain);
   job.rest_curvature = at(at_.rest_curvature);
   job.mobile = at(at_.mobile);
-  const rod_kernel::Kernels<S> kernels = KernelsOfThisMachine<S>();
+  job.keep = at(at_.keep);
+  job.turned_too_far = trouble_.turned_too_far;
+  job.not_finite = trouble_.not_finite;
+  return job;
+}
 
+template <class S>
+void LaneRods<S>::SetDamping(std::span<const double> damping) {
+  TENDRIL_CHECK(damping.size() == static_cast<size_t>(rods_));
+  damping_.assign(damping.begin(), damping.end());
+}
+
+template <class S>
+void LaneRods<S>::Drift(double time) {
+  rod_kernel::Job<S> job = MakeJob();
+  KernelsOfThisMachine<S>().drift(job, static_cast<S>(time));
+  trouble_ = {job.turned_too_far, job.not_finite};
+}
+
+template <class S>
+void LaneRods<S>::Kick(const PlainOptions& options, bool with_forces) {
+  TENDRIL_CHECK(options.form == form_);
+  rod_kernel::Job<S> job = MakeJob();
+  job.time_step = static_cast<S>(options.time_step);
+  for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
+  if (with_forces) job.force = memory_.data() + at_.force;
+  for (size_t lane = 0; lane < kRodLanes; ++lane) {
+    const double damping = damping_.empty() ? options.damping : damping_[lane < damping_.size() ? lane : 0];
+    memory_[at_.keep + lane] = static_cast<S>(std::exp(-damping * options.time_step));
+  }
+  KernelsOfThisMachine<S>().kick(job);
+  trouble_ = {job.turned_too_far, job.not_finite};
+}
+
+template <class S>
+int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, const Middle& middle) {
+  const double dt = options.time_step;
   if (steps <= 0 || trouble_.any()) return 0;
   // Half drifts of neighbouring steps are one: nothing happens to velocities between them.
-  kernels.drift(job, static_cast<S>(0.5 * dt));
+  Drift(0.5 * dt);
   int made = 0;
   while (true) {
     if (middle) {
-      std::fill_n(at(at_.force), forces().size(), S(0));
+      std::fill_n(memory_.data() + at_.force, forces().size(), S(0));
       middle(time + (made + 0.5) * dt, *this);
     }
-    kernels.kick(job);
+    Kick(options, static_cast<bool>(middle));
     ++made;
-    trouble_ = {job.turned_too_far, job.not_finite};
     if (made == steps || trouble_.any()) break;
-    kernels.drift(job, static_cast<S>(dt));
+    Drift(dt);
   }
-  kernels.drift(job, static_cast<S>(0.5 * dt));
+  Drift(0.5 * dt);
   return made;
 }
 

@@ -17,6 +17,11 @@
 
 namespace tendril {
 
+namespace rod_kernel {
+template <class S>
+struct Job;
+}
+
 inline constexpr int kRodLanes = 8;
 
 // Why a batch of rods stopped.
@@ -43,12 +48,20 @@ class LaneRods {
   int Advance(int steps, double time, const PlainOptions& options, const Middle& middle = {});
   LaneTrouble trouble() const { return trouble_; }
 
+  // The parts of a step, for rods whose forces depend on rods elsewhere: half a drift, forces, kick, half a
+  // drift. Kick counts what is in forces().
+  void Drift(double time);
+  void Kick(const PlainOptions& options) { Kick(options, true); }
+  // Damping of each rod, 1/s, instead of the options'.
+  void SetDamping(std::span<const double> damping);
+
   // Back into the rods they came from: positions, velocities, directors, spins.
   void Store(std::span<Rod> rods) const;
 
   int rods() const { return rods_; }
   int elements() const { return elements_; }
   std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
+  std::span<S> velocities() { return Part(at_.velocity, 3 * (elements_ + 1)); }
   std::span<S> forces() { return Part(at_.force, 3 * (elements_ + 1)); }
   std::span<S> rest_strains() { return Part(at_.rest_strain, 3 * elements_); }
   std::span<S> rest_curvatures() { return Part(at_.rest_curvature, 3 * (elements_ - 1)); }
@@ -60,19 +73,23 @@ class LaneRods {
   // Places in `memory_`.
   struct Places {
     size_t position, velocity, turn, spin, force, inverse_mass, rest_length, shear, inertia, bend,
-        rest_strain, rest_curvature, mobile;
+        rest_strain, rest_curvature, mobile, keep;
   };
+  rod_kernel::Job<S> MakeJob();
+  void Kick(const PlainOptions& options, bool with_forces);
 
   RodForm form_ = RodForm::kEnergy;
   int rods_ = 0;
   int elements_ = 0;
   Places at_{};
   std::vector<S> memory_;
+  std::vector<double> damping_;  // of each rod; empty: the options'
   LaneTrouble trouble_;
 };
 
 // For tests: kernels of 2, 4 or 8 doubles to a register, not above MachineDoubles(); 0: the widest.
 void UseRodKernel(int width);
+int RodKernelWidth();
 
 extern template class LaneRods<double>;
 extern template class LaneRods<float>;

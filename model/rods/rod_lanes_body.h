@@ -1,62 +1,13 @@
 // The body of the rod kernels, compiled once per instruction set by the rod_lanes_*.cpp that define
-// TENDRIL_ROD_KERNELS and include this. No #pragma once, and nothing but C: an inline function of the
-// standard library compiled here with wide instructions could be the copy that the linker keeps for the whole
-// program.
+// TENDRIL_ROD_KERNELS and include this; C alone, as registers_body.h says.
 //
 // Every variable is as many numbers as a register holds, one per rod; eight rods take one to four goes.
 // Sources of the equations: rod_plain.h.
-#include <stdint.h>
-#if TENDRIL_ROD_WIDTH > 2
-#include <immintrin.h>
-#endif
-
+#include "model/rods/registers_body.h"
 #include "model/rods/rod_lanes_kernel.h"
 
 namespace tendril::rod_kernel {
 namespace {
-
-#define TENDRIL_INLINE inline __attribute__((always_inline))
-
-constexpr int kDoubles = TENDRIL_ROD_WIDTH;                                 // in a register
-constexpr int kFloats = TENDRIL_ROD_WIDTH < 4 ? 2 * TENDRIL_ROD_WIDTH : 8;  // no more than there are rods
-
-template <class S>
-struct Types;
-template <>
-struct Types<double> {
-  static constexpr int kWidth = kDoubles;
-  typedef double Real __attribute__((vector_size(8 * kDoubles)));
-  typedef int64_t Mask __attribute__((vector_size(8 * kDoubles)));
-};
-template <>
-struct Types<float> {
-  static constexpr int kWidth = kFloats;
-  typedef float Real __attribute__((vector_size(4 * kFloats)));
-  typedef int32_t Mask __attribute__((vector_size(4 * kFloats)));
-};
-
-typedef Types<double>::Real Doubles;
-typedef Types<float>::Real Floats;
-
-TENDRIL_INLINE Doubles Sqrt(Doubles a) {
-#if TENDRIL_ROD_WIDTH == 8
-  return reinterpret_cast<Doubles>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a)));
-#elif TENDRIL_ROD_WIDTH == 4
-  return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a)));
-#else
-  for (int k = 0; k < kDoubles; ++k) a[k] = __builtin_sqrt(a[k]);
-  return a;
-#endif
-}
-
-TENDRIL_INLINE Floats Sqrt(Floats a) {
-#if TENDRIL_ROD_WIDTH > 2
-  return reinterpret_cast<Floats>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
-#else
-  for (int k = 0; k < kFloats; ++k) a[k] = __builtin_sqrtf(a[k]);
-  return a;
-#endif
-}
 
 template <class S>
 struct Kernel {
@@ -218,7 +169,7 @@ struct Kernel {
 
   template <bool kEnergy>
   static TENDRIL_INLINE void KickGroup(Job<S>& job) {
-    const Real dt = All(job.time_step), keep = All(job.keep);
+    const Real dt = All(job.time_step), keep = Get(job.keep);
     const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
     Real largest = Real{}, sum = Real{};
 
@@ -346,6 +297,7 @@ struct Kernel {
       job.rest_strain += first;
       job.rest_curvature += first;
       job.mobile += first;
+      job.keep += first;
     }
     TENDRIL_INLINE ~Group() {
       whole.turned_too_far = whole.turned_too_far || job.turned_too_far;

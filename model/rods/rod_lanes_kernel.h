@@ -8,7 +8,6 @@ struct Job {
   int elements;
   bool energy_form;
   S time_step;
-  S keep;        // share of velocity and spin that damping leaves in a step
   S gravity[3];  // m/s^2
   // [node or element][component][8]
   S* position;                      // 3, nodes
@@ -24,6 +23,7 @@ struct Job {
   const S* rest_strain;             // 3, elements
   const S* rest_curvature;          // 3, inner nodes
   const S* mobile;                  // node 0 and element 0: 1, or 0 where clamped
+  const S* keep;                    // share of velocity and spin that damping leaves in a step
   bool turned_too_far, not_finite;  // out; never reset
 };
 

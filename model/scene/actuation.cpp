@@ -55,10 +55,14 @@ double TentacleActuation::PullAt(double time) const {
   return std::clamp(rate_ * (time - delay_), 0.0, pull_);
 }
 
-void TentacleActuation::RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const {
+TentacleActuation::Place TentacleActuation::PlaceOf(double pull) const {
   const double place = pull_ > 0 ? pull / pull_ * kTable : 0;
   const auto entry = std::min(static_cast<std::size_t>(place), table_.size() - 2);
-  const double share = place - static_cast<double>(entry);
+  return {entry, place - static_cast<double>(entry)};
+}
+
+void TentacleActuation::RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const {
+  const auto [entry, share] = PlaceOf(pull);
   curvature = (1 - share) * table_[entry] + share * table_[entry + 1];
 }
 

@@ -26,6 +26,14 @@ class TentacleActuation {
   // At the inner nodes of the rod, 1/m.                                                  (3, elements - 1)
   void RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const;
 
+  // The same as a place in the table: (1 - share) Entry(entry) + share Entry(entry + 1).
+  struct Place {
+    std::size_t entry = 0;
+    double share = 0;
+  };
+  Place PlaceOf(double pull) const;
+  const Eigen::Matrix3Xd& Entry(std::size_t entry) const { return table_[entry]; }
+
  private:
   double pull_ = 0, rate_ = 0, delay_ = 0;
   std::vector<Eigen::Matrix3Xd> table_;  // at pulls 0 .. pull_

@@ -2,6 +2,7 @@
 // A scene, stepped: rods that bend to their rest shapes, touch each other and a fixed object.
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct SimulationPlan {
   double time_step = 0;  // s, the largest taken
   std::string step_why;
   bool rod_contact = false, self_contact = false, object_contact = false;
+  bool plain = false;  // step in the plain form, hundreds of times slower: to check the fast one
   std::vector<PlanTerm> terms;
 };
 
@@ -37,6 +39,13 @@ struct Simulated {
   std::int64_t steps = 0;
   bool stopped = false;  // the progress said so; curves up to there
   std::string diverged;  // why, when and which rods; empty: it did not. Curves up to there
+  // Of elements that touched, over all steps: the least distance of their axes, m, and as a share of their
+  // radii's sum (infinite: nothing touched); the farthest that a node went in a step, m; whether these show
+  // that no body passed through another (contact_list.h).
+  double least_axis_distance = std::numeric_limits<double>::infinity();
+  double least_axis_share = std::numeric_limits<double>::infinity();
+  double longest_move = 0;
+  bool nothing_passed = true;
 };
 
 // Steps from 0 to the last of `times` (s, ascending), which are met exactly: steps between two of them are
