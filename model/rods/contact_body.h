@@ -75,6 +75,7 @@ void Prepare(Job& job) {
     const Real radius = Get(job.rest_radius + i) * Sqrt(Get(job.rest_length + i) / length);
     Put(job.radius + i, radius);
     Put(job.bound + i, radius + 0.5 * length);
+    Put(job.inverse_square + i, 1 / (length * length));
     Put(job.center_x + i, 0.5 * (start.x + end.x));
     Put(job.center_y + i, 0.5 * (start.y + end.y));
     Put(job.center_z + i, 0.5 * (start.z + end.z));
@@ -108,7 +109,8 @@ TENDRIL_INLINE void TouchRuns(Job& job, int n, const One& a) {
       const Vector b_node = At(job.x, job.y, job.z, j), b_end = At(job.x, job.y, job.z, j + 1);
       const Vector b_edge = Sub(b_end, b_node);
       const Real reach = a.radius + Get(job.radius + j);
-      Real s = All(0.5), t = All(0.5), weight = All(1);
+      Real s = All(0.5), t = All(0.5), from = s, to = t;
+      Mask parallel{};
       Vector apart = centers;
       if (kLaw != kCenters || kBody) {
         Vector v = b_edge, between = Sub(b_node, a.start);
@@ -117,48 +119,54 @@ TENDRIL_INLINE void TouchRuns(Job& job, int n, const One& a) {
           between = PlusTimes(between, All(0.5), b_edge);
         }
         const Vector& u = a.edge;
-        const Real vv = Dot(v, v);
-        const Real inverse_vv = vv > 0 ? 1 / vv : Real{};
+        const Real uv = Dot(u, v), vv = Dot(v, v);
+        const Real inverse_vv = kLaw == kCenters ? Real{} : Get(job.inverse_square + j);
         const Vector normal = Cross(u, v);
         const Real cross = Dot(normal, normal);
-        const Mask parallel = cross <= 1e-14 * (a.square * vv);
+        parallel = cross <= 1e-14 * (a.square * vv);
         const Real along = Dot(u, between) * a.inverse_square;
-        const Real from = Clamped(along), to = Clamped(along + Dot(u, v) * a.inverse_square);
-        const Real apart_lines = Clamped(Dot(Cross(between, v), normal) / cross);
-        s = parallel ? 0.5 * (from + to) : apart_lines;
-        t = Clamped((s * Dot(u, v) - Dot(between, v)) * inverse_vv);
-        s = Clamped((Dot(between, u) + t * Dot(u, v)) * a.inverse_square);
+        from = Clamped(along);
+        to = Clamped(along + uv * a.inverse_square);
+        s = parallel ? 0.5 * (from + to) : Clamped(Dot(Cross(between, v), normal) / cross);
+        t = Clamped((s * uv - Dot(between, v)) * inverse_vv);
+        s = Clamped((Dot(between, u) + t * uv) * a.inverse_square);
         apart = PlusTimes(PlusTimes(between, t, v), -s, u);
-        if (kLaw == kSegments) {
-          // Where a neighbour goes on toward the other, the contact is the neighbour's.
-          const Real a_tolerance = 1e-9 * a.square, b_tolerance = 1e-9 * vv;
-          const Vector b_before = Sub(b_node, At(job.x, job.y, job.z, j - 1));
-          const Vector b_behind = Sub(At(job.x, job.y, job.z, j + 2), b_end);
-          const Real none = Real{}, one = All(1);
-          const Real at_a_end = Dot(apart, a.behind) > a_tolerance ? none : a.end_share;
-          const Real at_a_start = -Dot(apart, a.before) > a_tolerance ? none : a.start_share;
-          const Real at_b_end = -Dot(apart, b_behind) > b_tolerance ? none : Get(job.node_share + j + 1);
-          const Real at_b_start = Dot(apart, b_before) > b_tolerance ? none : Get(job.node_share + j);
-          weight = s > 1 - 1e-9 ? at_a_end : (s < 1e-9 ? at_a_start : one);
-          weight *= t > 1 - 1e-9 ? at_b_end : (t < 1e-9 ? at_b_start : one);
-          if (Any(parallel)) {
-            const Real slant = Dot(apart, u);
-            const Mask beside =
-                parallel & (slant * slant <= 1e-14 * (a.square * Dot(apart, apart))) & (a.square * vv > 0);
-            const Real overlap = to > from ? to - from : from - to;
-            const Real ratio = Sqrt(a.square * inverse_vv);
-            weight = beside ? overlap * (ratio > 1 ? ratio : one) : weight;
-          }
-        }
       }
-      const Real distance = Sqrt(Dot(apart, apart));
-      const Real overlap = reach - distance;
-      const Mask touch = (overlap > 0) & (distance > 0);
+      const Real square = Dot(apart, apart), none = Real{};
+      // Padding's reach is NaN.
+      const Mask touch = (square < reach * reach) & (square > 0);
       if (!Any(touch)) continue;
-      touched = true;
-      const Real none = Real{};
+      const Real distance = Sqrt(square);
       least = touch ? Smaller(least, distance) : least;
-      least_share = touch ? Smaller(least_share, distance / reach) : least_share;
+      if (Any(touch & (distance < least_share * reach))) {
+        least_share = touch ? Smaller(least_share, distance / reach) : least_share;
+      }
+      Real weight = All(1);
+      if (kLaw == kSegments) {
+        // Where a neighbour goes on toward the other, the contact is the neighbour's.
+        const Real vv = Dot(b_edge, b_edge);
+        const Real a_tolerance = 1e-9 * a.square, b_tolerance = 1e-9 * vv;
+        const Vector b_before = Sub(b_node, At(job.x, job.y, job.z, j - 1));
+        const Vector b_behind = Sub(At(job.x, job.y, job.z, j + 2), b_end);
+        const Real one = All(1);
+        const Real at_a_end = Dot(apart, a.behind) > a_tolerance ? none : a.end_share;
+        const Real at_a_start = -Dot(apart, a.before) > a_tolerance ? none : a.start_share;
+        const Real at_b_end = -Dot(apart, b_behind) > b_tolerance ? none : Get(job.node_share + j + 1);
+        const Real at_b_start = Dot(apart, b_before) > b_tolerance ? none : Get(job.node_share + j);
+        weight = s > 1 - 1e-9 ? at_a_end : (s < 1e-9 ? at_a_start : one);
+        weight *= t > 1 - 1e-9 ? at_b_end : (t < 1e-9 ? at_b_start : one);
+        if (Any(parallel)) {
+          const Real slant = Dot(apart, a.edge);
+          const Mask beside = parallel & (slant * slant <= 1e-14 * (a.square * square)) & (a.square * vv > 0);
+          const Real side_by_side = to > from ? to - from : from - to;
+          const Real ratio = Sqrt(a.square / vv);
+          weight = beside ? side_by_side * (ratio > 1 ? ratio : one) : weight;
+        }
+        weight = touch ? weight : none;
+        if (!Any(weight > 0)) continue;
+      }
+      touched = true;
+      const Real overlap = reach - distance, inverse_distance = 1 / distance;
       const Real depth = touch ? overlap : none;
       Real size = job.stiffness * depth * Sqrt(depth);
       if (job.vx != nullptr) {
@@ -166,10 +174,10 @@ TENDRIL_INLINE void TouchRuns(Job& job, int n, const One& a) {
         const Vector start_v = At(job.vx, job.vy, job.vz, j), end_v = At(job.vx, job.vy, job.vz, j + 1);
         const Vector approach = Sub(PlusTimes(a.start_velocity, sa, Sub(a.end_velocity, a.start_velocity)),
                                     PlusTimes(start_v, tb, Sub(end_v, start_v)));
-        size += job.damping * Dot(approach, apart) / distance;
+        size += job.damping * Dot(approach, apart) * inverse_distance;
         if (kLaw == kSegments) size = size > 0 ? size : none;
       }
-      const Real scale = touch ? weight * size / distance : none;
+      const Real scale = touch ? weight * size * inverse_distance : none;
       const Vector force{scale * apart.x, scale * apart.y, scale * apart.z};
       if (kLaw != kSegments) {
         s = a.rule;

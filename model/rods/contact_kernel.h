@@ -19,8 +19,8 @@ struct Job {
   const double* rest_length;
   const double* node_share;  // of nodes: 1 / the elements that share it
   const double* end_share;   // of elements: force on its end node, where the law shares by rule
-  double *radius, *bound, *center_x, *center_y,
-      *center_z;                     // of elements, by Prepare; bound: radius + half length
+  // Of elements, by Prepare; bound: radius + half length; inverse_square: 1 / length^2, 0 for a point.
+  double *radius, *bound, *inverse_square, *center_x, *center_y, *center_z;
   double *fx, *fy, *fz;              // on elements' start nodes; added to
   double *end_fx, *end_fy, *end_fz;  // and on their end nodes
   // Elements against runs of eight elements.

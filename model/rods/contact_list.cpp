@@ -117,7 +117,7 @@ bool ContactList::Find() {
   job.old_x = At(kOldX), job.old_y = At(kOldY), job.old_z = At(kOldZ);
   job.rest_radius = At(kRestRadius), job.rest_length = At(kRestLength);
   job.node_share = At(kNodeShare), job.end_share = At(kEndShare);
-  job.radius = At(kRadius), job.bound = At(kBound);
+  job.radius = At(kRadius), job.bound = At(kBound), job.inverse_square = At(kInverseSquare);
   job.center_x = At(kCenterX), job.center_y = At(kCenterY), job.center_z = At(kCenterZ);
   job.fx = At(kFx), job.fy = At(kFy), job.fz = At(kFz);
   job.end_fx = At(kEndFx), job.end_fy = At(kEndFy), job.end_fz = At(kEndFz);

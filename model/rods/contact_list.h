@@ -74,6 +74,7 @@ class ContactList {
     kEndFx,
     kEndFy,
     kEndFz,
+    kInverseSquare,
     kRows
   };
   double* At(Row row) { return memory_.data() + static_cast<std::size_t>(row) * stride_; }
