@@ -56,7 +56,7 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   for (std::size_t b = 0; b < bodies.size(); ++b) strands_.push_back({PlaceStrand(1), 1, {}});
   stride_ += 2 * kRun;
   // Small enough that few elements are in the list in vain, large enough that it lasts for many steps.
-  margin_ = 0.25 * thinnest;
+  margin_ = 0.12 * thinnest;
   memory_.assign(static_cast<std::size_t>(kRows) * stride_, 0.0);
   for (const Row row : {kRadius, kBound, kRestRadius}) {
     std::fill_n(At(row), stride_, std::numeric_limits<double>::quiet_NaN());

@@ -18,7 +18,7 @@ namespace tendril {
 
 enum class SimulationLevel {
   kPaper,     // the published form at 20 us
-  kStandard,  // loads that are an energy's gradient, at half the stable step
+  kStandard,  // loads that are an energy's gradient, at 0.7 of the stable step
 };
 
 // A plain rod, for mechanics.

@@ -62,10 +62,10 @@ Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
   double stable = HUGE_VAL;
   for (const Driven& d : rods) stable = std::min(stable, StableStep(d.rod));
   const bool paper = scene.level == SimulationLevel::kPaper;
-  plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? 2e-5 : 0.5 * stable;
+  plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? 2e-5 : 0.7 * stable;
   plan.step_why = scene.time_step > 0 ? "the scene's time_step"
                   : paper             ? "the paper's"
-                          : "half of the stable " + Number(stable) + " s of stretch, bending and shear";
+                          : "0.7 of the stable " + Number(stable) + " s of stretch, bending and shear";
 
   const auto reach = [](const Driven& d) { return d.rod.rest_length.sum() + d.rod.radius.maxCoeff(); };
   const double moves = CarrierGrowth(scene, rods, HUGE_VAL);

@@ -88,6 +88,50 @@ TEST(Simulate, FullPhysicsAgreesWithThePlanWhereNothingMeets) {
   }
 }
 
+// Three rods of two lengths that coil about a bar and each other.
+Scene Touching(ContactLaw law) {
+  Scene scene;
+  scene.contact = {law, 1e4, 0.05};
+  for (int k = 0; k < 3; ++k) {
+    SceneRod rod;
+    rod.name = std::to_string(k);
+    rod.design.length = 0.4;
+    rod.design.elements = k == 1 ? 30 : 40;
+    rod.design.base_radius = 0.012;
+    rod.design.start = {0.03 * k, 0, 0};
+    rod.design.direction = -Vector3d::UnitZ();
+    rod.damping = 5.0 + k;
+    rod.rest_curvature = {k == 1 ? 20.0 : -4, k == 1 ? -20.0 : 25, 2};
+    rod.ramp_end = 0.3;
+    scene.rods.push_back(rod);
+  }
+  SceneObject bar;
+  bar.body = {{0.05, -0.2, -0.15}, {0.05, 0.2, -0.15}, 0.02};
+  scene.objects = {bar};
+  return scene;
+}
+
+TEST(Simulate, TouchingRodsInLanesDoAsInThePlainForm) {
+  for (const ContactLaw law : {ContactLaw::kHertzSegments, ContactLaw::kHertzCenters}) {
+    const Scene scene = Touching(law);
+    SimulationPlan plan = PlanScene(scene).value();
+    ASSERT_TRUE(plan.rod_contact && plan.object_contact && plan.self_contact);
+    const Simulated fast = Simulate(scene, plan, {0.1, 0.25}).value();
+    ASSERT_EQ(fast.diverged, "");
+    EXPECT_LT(fast.least_axis_share, 1);
+    EXPECT_TRUE(fast.nothing_passed);
+    plan.plain = true;
+    const Simulated plain = Simulate(scene, plan, {0.1, 0.25}).value();
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t f = 0; f < 2; ++f) {
+        const double apart =
+            (fast.curves[r].curves[f].points - plain.curves[r].curves[f].points).cwiseAbs().maxCoeff();
+        EXPECT_LT(apart, 1e-9) << "rod " << r << " frame " << f;
+      }
+    }
+  }
+}
+
 TEST(Simulate, AStepTooLongDivergesAndSaysSo) {
   Scene scene = OneRod();
   scene.rods[0].rest_curvature = {0, 5, 0};
