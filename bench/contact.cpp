@@ -20,7 +20,8 @@ Scene Grid(int rods, int elements) {
     rod.name = std::to_string(r);
     rod.design.elements = elements;
     rod.design.taper = 0.95;
-    rod.design.start = {0.0385 * (r % side), 0.0385 * (r / side), 0};
+    const int row = r / side;
+    rod.design.start = {0.0385 * (r - row * side), 0.0385 * row, 0};
     rod.damping = 50;
     rod.rest_curvature = {0.2 * r, 5, 0};
     scene.rods.push_back(rod);

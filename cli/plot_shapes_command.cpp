@@ -67,7 +67,7 @@ Status RunShapes(const ShapesCall& call, Output& out) {
       figure.panels.push_back(StripPanel(fmt::format("{}, law {}: pull", name, law), shapes, step, length));
     }
   }
-  if (const Status drawn = DrawFigure(figure, call.file); !drawn.ok()) return drawn;
+  if (Status drawn = DrawFigure(figure, call.file); !drawn.ok()) return drawn;
   out.fields()["figure"] = call.file;
   out.Print("{}", call.file);
   return Ok{};

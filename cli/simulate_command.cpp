@@ -140,10 +140,10 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} steps", reached, scene.duration, wall,
             reached / wall, done.steps);
   if (done.curves[0].time.size() > 0) {
-    if (const Status told = TellLink(scene, done.curves, out); !told.ok()) return told;
+    if (Status told = TellLink(scene, done.curves, out); !told.ok()) return told;
     TellPassages(done, out);
     if (!call.out.empty()) {
-      if (const Status written = WriteCurves(call.out, done.curves, "tendril simulate " TENDRIL_VERSION);
+      if (Status written = WriteCurves(call.out, done.curves, "tendril simulate " TENDRIL_VERSION);
           !written.ok()) {
         return written;
       }

@@ -26,7 +26,8 @@ SheetChange ChangeOfSheet(const TentacleDesign& design, const TentacleLayout& la
   const double db = change.unit_length * share - design.unit_length * share * share * change.spacing_ratio;
   const double dc = change.unit_length - db;
   const auto hole_moves = [&](Eigen::Index i) {
-    return static_cast<double>(i / 2) * change.unit_length + static_cast<double>(i % 2) * db;
+    const Eigen::Index units = i / 2;
+    return static_cast<double>(units) * change.unit_length + static_cast<double>(i % 2) * db;
   };
   const double margin = 0.5 * (change.length - hole_moves(creases));  // of -base_z
   SheetChange sheet{Eigen::VectorXd(creases), Eigen::VectorXd(creases), Eigen::VectorXd(creases)};

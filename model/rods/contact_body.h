@@ -84,7 +84,7 @@ void Prepare(Job& job) {
   for (int k = 0; k < kDoubles; ++k) most = moved[k] > most ? moved[k] : most;
   // What is not a number is larger than nothing; the sum keeps it.
   const double all = Sum(sum);
-  job.moved = all - all == 0 ? __builtin_sqrt(most) : all;
+  job.moved = all * 0 == 0 ? __builtin_sqrt(most) : all;
 }
 
 // An element against the others, for all lanes.

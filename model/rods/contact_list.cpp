@@ -29,7 +29,8 @@ contact_kernel::Kernels KernelsOfThisMachine() {
 // start at an eighth place.
 int ContactList::PlaceStrand(int elements) {
   const int place = static_cast<int>(stride_) + kRun;
-  stride_ = static_cast<std::size_t>(place + (elements + 2 + kRun) / kRun * kRun + kRun);
+  const int end = place + (elements + 2 + kRun) / kRun * kRun + kRun;
+  stride_ = static_cast<std::size_t>(end);
   return place;
 }
 

@@ -274,7 +274,7 @@ struct Kernel {
     kick_element(job.elements - 1, before_couple, one);
     for (int k = 0; k < Types<S>::kWidth; ++k) {
       if (!(largest[k] <= S(0.2))) job.turned_too_far = true;
-      if (!(sum[k] - sum[k] == 0)) job.not_finite = true;
+      if (!(sum[k] * 0 == 0)) job.not_finite = true;
     }
   }
 

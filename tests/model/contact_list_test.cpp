@@ -11,6 +11,7 @@
 
 #include "model/machine.h"
 #include "model/rods/rod_lanes.h"
+#include "model/rods/rod_plain.h"
 
 namespace tendril {
 namespace {
@@ -209,6 +210,48 @@ TEST(Contact, ParallelRodsCountByWhatLiesSideBySide) {
     const double beside = (0.4 - shift) / 0.01;
     EXPECT_NEAR(on_b.row(0).sum(), beside * 1e4 * std::pow(0.0015, 1.5), 1e-9) << shift;
   }
+}
+
+// Hertz 1882: two bodies of reduced mass m that meet at speed v under F = k eps^(3/2) go (5 m v^2 / (4
+// k))^(2/5) deep and part after 2.9432667 times that depth / v.
+TEST(Contact, TwoStiffRodsThatMeetDoAsHertzSays) {
+  RodDesign design;
+  design.elements = 5;
+  design.length = 0.05;
+  design.base_radius = 0.01;
+  design.youngs_modulus = 1e9;
+  design.shear_modulus = 4e8;
+  design.clamped = false;
+  design.start = {-0.025, 0, 0};
+  design.direction = Vector3d::UnitX();
+  design.normal = Vector3d::UnitZ();
+  std::vector<Rod> rods = {MakeRod(design).value()};
+  design.start = {0, -0.025, 0.02};
+  design.direction = Vector3d::UnitY();
+  rods.push_back(MakeRod(design).value());
+  const double speed = 0.2, mass = 0.5 * rods[0].mass.sum(), stiffness = 1e4;
+  rods[1].velocity.row(2).setConstant(-speed);
+  const double depth = std::pow(5 * mass * speed * speed / (4 * stiffness), 0.4);
+  ContactList list({.stiffness = stiffness}, rods, {}, {});
+  PlainOptions options;
+  options.time_step = 1e-6;
+  double deepest = 0, lasted = 0;
+  for (int step = 0; step < 40000; ++step) {
+    StepPlain(rods, step * 1e-6, options, [&](double, std::span<Rod> at, std::span<Matrix3Xd> forces) {
+      for (std::size_t r = 0; r < 2; ++r) list.Put(r, at[r].position.data(), at[r].velocity.data(), 1);
+      ASSERT_TRUE(list.Find());
+      for (std::size_t r = 0; r < 2; ++r) list.AddForces(r, forces[r].data(), 1);
+      lasted += forces[0].norm() > 0 ? 1e-6 : 0;
+    });
+  }
+  deepest = 0.02 - list.least_distance();
+  EXPECT_NEAR(deepest, depth, 0.01 * depth);
+  EXPECT_NEAR(lasted, 2.9432667 * depth / speed, 0.01 * lasted);
+  // Equal masses change their speeds.
+  const double first = rods[0].velocity.row(2).dot(rods[0].mass) / rods[0].mass.sum();
+  const double second = rods[1].velocity.row(2).dot(rods[1].mass) / rods[1].mass.sum();
+  EXPECT_NEAR(first, -speed, 0.01 * speed);
+  EXPECT_NEAR(first + second, -speed, 1e-9 * speed);
 }
 
 }  // namespace

@@ -112,12 +112,14 @@ TEST_P(RodLanes, WhatIsSetInTheMiddleOfAStepCounts) {
               });
   }
   batch.Advance(1000, 0, Options(form), [&](double time, LaneRods<double>& rods) {
-    for (int i = 0; i < 11; ++i) {
-      for (int lane = 0; lane < 2; ++lane) {
-        rods.rest_curvatures()[static_cast<size_t>((3 * i + 1) * kRodLanes + lane)] = curvature(time);
+    for (size_t i = 0; i < 11; ++i) {
+      for (size_t lane = 0; lane < 2; ++lane) {
+        rods.rest_curvatures()[(3 * i + 1) * kRodLanes + lane] = curvature(time);
       }
     }
-    for (int k = 0; k < 3; ++k) rods.forces()[static_cast<size_t>((3 * 12 + k) * kRodLanes + 1)] += pull[k];
+    for (size_t k = 0; k < 3; ++k) {
+      rods.forces()[(3 * 12 + k) * kRodLanes + 1] += pull[static_cast<Eigen::Index>(k)];
+    }
   });
   batch.Store(lanes);
   EXPECT_LT(Farthest(plain, lanes), 1e-12);
