@@ -79,32 +79,33 @@ Status TellLink(const Scene& scene, const std::vector<CurveSeries>& curves, Outp
   if (curves.size() > 1) out.Print("mutual link {:.4f} turns", end.mutual_link);
   if (options.axis) out.Print("object link {:.4f} turns", end.object_link);
   if (passed > 0) {
-    out.Warn(
-        fmt::format("{} jumps of a link by a whole turn between frames: a body went through another, or "
-                    "through another's "
-                    "extension to infinity",
-                    passed));
+    out.Warn(fmt::format(
+        "{} jumps of a link by a whole turn between frames: a body went through another, or through "
+        "another's extension to infinity",
+        passed));
   }
   return Ok{};
 }
 
-// Whether every step of the run shows that no body went through another.
+// Whether every step of the run shows that no body went through another; null: it was not looked at.
 void TellPassages(const Simulated& done, Output& out) {
-  const bool touched = std::isfinite(done.least_axis_distance);
   auto& fields = out.fields();
-  fields["nothing_passed"] = done.nothing_passed;
+  fields["nothing_passed"] = nullptr;
+  if (!done.nothing_passed) return;
+  const bool touched = std::isfinite(done.least_axis_distance);
+  fields["nothing_passed"] = *done.nothing_passed;
   fields["least_axis_distance_m"] =
       touched ? nlohmann::ordered_json(done.least_axis_distance) : nlohmann::ordered_json(nullptr);
   fields["longest_move_m"] = done.longest_move;
-  if (!touched) return;
-  out.Print(
-      "contact: axes never nearer than {:.3g} mm ({:.2f} of the radii's sum), nodes never moved farther than "
-      "{:.3g} mm "
-      "in a step: {}",
-      1e3 * done.least_axis_distance, done.least_axis_share, 1e3 * done.longest_move,
-      done.nothing_passed ? "no body passed through another" : "a body may have passed through another");
-  if (!done.nothing_passed) {
-    out.Warn("a body may have passed through another: the contact is too soft or the step too long");
+  const char* const verdict =
+      *done.nothing_passed ? "no body passed through another" : "a body may have passed through another";
+  if (touched) {
+    out.Print("contact: axes never nearer than {:.3g} mm ({:.2f} of the radii's sum)",
+              1e3 * done.least_axis_distance, done.least_axis_share);
+  }
+  out.Print("nodes never moved farther than {:.3g} mm in a step: {}", 1e3 * done.longest_move, verdict);
+  if (!*done.nothing_passed) {
+    out.Warn(fmt::format("{}: the contact is too soft or the step too long", verdict));
   }
 }
 

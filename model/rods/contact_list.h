@@ -4,6 +4,7 @@
 // (docs/rods.md, "Contact, fast").
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,16 +34,19 @@ class ContactList {
   // Force on a body, N.
   Eigen::Vector3d ForceOnBody(std::size_t body) const;
 
-  // Since the start: the least distance of axes that touched, m, and as a share of their radii's sum
-  // (infinite: nothing touched); the farthest that a node went between two Finds, m; how often the list was
-  // made.
+  // Since the start: the least distance of what touched (of axes, or of centres with kHertzCenters), m, and
+  // as a share of their radii's sum (infinite: nothing touched); the farthest that a node went between two
+  // Finds, m; how often the list was made.
   double least_distance() const { return least_distance_; }
   double least_share() const { return least_share_; }
   double longest_move() const { return longest_move_; }
   long lists() const { return lists_; }
   // No axis passed through another: between two Finds nodes moved by less than half the least distance
   // that axes had around them. (Elements that are left out as neighbours along a rod are not looked at.)
-  bool NothingPassed() const { return nothing_passed_; }
+  // Nothing is known with kHertzCenters: axes can cross between centres.
+  std::optional<bool> NothingPassed() const {
+    return contact_.law == ContactLaw::kHertzCenters ? std::nullopt : std::optional(nothing_passed_);
+  }
 
  private:
   struct Strand {

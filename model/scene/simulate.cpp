@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -15,12 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-
-std::string Number(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4);
-  return {text, end.ptr};
-}
 
 // Largest stable step of an element: its stretch and bending waves (0.9 l sqrt(rho / E), measured for one
 // rod), and its turning against shear, r sqrt(rho / G).
@@ -65,7 +58,7 @@ Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
   plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? 2e-5 : 0.7 * stable;
   plan.step_why = scene.time_step > 0 ? "the scene's time_step"
                   : paper             ? "the paper's"
-                          : "0.7 of the stable " + Number(stable) + " s of stretch, bending and shear";
+                          : "0.7 of the stable " + ShortNumber(stable) + " s of stretch, bending and shear";
 
   const auto reach = [](const Driven& d) { return d.rod.rest_length.sum() + d.rod.radius.maxCoeff(); };
   const double moves = CarrierGrowth(scene, rods, HUGE_VAL);
@@ -92,7 +85,7 @@ Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
     plan.terms.push_back({name, on, full && !needed ? "--full; else off: " + why : std::move(why)});
   };
   const auto apart = [](double gap) {
-    return gap > 0 ? "nothing comes nearer than " + Number(gap) + " m" : std::string("they can meet");
+    return gap > 0 ? "nothing comes nearer than " + ShortNumber(gap) + " m" : std::string("they can meet");
   };
   if (rods.size() > 1) decide(plan.rod_contact, "contact of rods", room <= 0, apart(room));
   if (!scene.objects.empty()) {
@@ -100,9 +93,9 @@ Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
   }
   decide(plan.self_contact, "contact of a rod with itself", turning > std::numbers::pi,
          std::isfinite(turning)
-             ? "a rod turns by " + Number(turning) + " rad; less than half a turn does not close"
+             ? "a rod turns by " + ShortNumber(turning) + " rad; less than half a turn does not close"
              : std::string("a tentacle coils"));
-  plan.terms.push_back({"gravity", scene.gravity.norm() > 0, Number(scene.gravity.norm()) + " m/s^2"});
+  plan.terms.push_back({"gravity", scene.gravity.norm() > 0, ShortNumber(scene.gravity.norm()) + " m/s^2"});
   return plan;
 }
 
@@ -144,7 +137,7 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
     result.nothing_passed = contacts->NothingPassed();
   }
   if (!result.diverged.empty()) {
-    result.diverged += "; try time_step = " + Number(0.5 * plan.time_step);
+    result.diverged += "; try time_step = " + ShortNumber(0.5 * plan.time_step);
   }
   for (std::size_t r = 0; r < rods.size(); ++r) {
     result.curves.push_back(

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,7 +46,7 @@ struct Simulated {
   double least_axis_distance = std::numeric_limits<double>::infinity();
   double least_axis_share = std::numeric_limits<double>::infinity();
   double longest_move = 0;
-  bool nothing_passed = true;
+  std::optional<bool> nothing_passed;
 };
 
 // Steps from 0 to the last of `times` (s, ascending), which are met exactly: steps between two of them are

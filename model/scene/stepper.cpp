@@ -14,12 +14,6 @@ using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-std::string TimeText(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
-  return {text, end.ptr};
-}
-
 // How much of a plain rod's rest curvature there is.
 double RampShare(const SceneRod& rod, double time) {
   const double length = rod.ramp_end - rod.ramp_start;
@@ -41,6 +35,12 @@ void Drive(const Scene& scene, Driven& d, double growth, double time) {
 }
 
 }  // namespace
+
+std::string ShortNumber(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
+  return {text, end.ptr};
+}
 
 Result<std::vector<Driven>> MakeRods(const Scene& scene, std::uint64_t trial) {
   std::vector<Driven> all;
@@ -144,7 +144,7 @@ std::string Stepper::AdvancePlain(double time, int steps) {
       rods[r].velocity *= keep;
       rods[r].spin *= keep;
       if (!std::isfinite(rods[r].position.sum() + rods[r].velocity.sum() + rods[r].spin.sum())) {
-        trouble = "at " + TimeText(now) + " s " + rods_[r].name + " has positions that are not finite";
+        trouble = "at " + ShortNumber(now) + " s " + rods_[r].name + " has positions that are not finite";
       }
     }
   }
@@ -259,7 +259,7 @@ std::string Stepper::AdvanceLanes(double time, int steps) {
     for (Batch& batch : batches_) {
       batch.lanes->Kick(options_);
       if (!batch.lanes->trouble().any()) continue;
-      trouble = "at " + TimeText(middle) + " s " + rods_[batch.members[0]].name + " or a rod beside it" +
+      trouble = "at " + ShortNumber(middle) + " s " + rods_[batch.members[0]].name + " or a rod beside it" +
                 (batch.lanes->trouble().not_finite ? " have positions that are not finite"
                                                    : " turn too far, in a step or from element to element");
     }

@@ -16,6 +16,9 @@
 
 namespace tendril {
 
+// For messages: six digits.
+std::string ShortNumber(double value);
+
 // A rod of the scene and what drives it.
 struct Driven {
   std::string name;

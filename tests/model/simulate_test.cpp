@@ -119,9 +119,12 @@ TEST(Simulate, TouchingRodsInLanesDoAsInThePlainForm) {
     const Simulated fast = Simulate(scene, plan, {0.1, 0.3}).value();
     ASSERT_EQ(fast.diverged, "");
     EXPECT_LT(fast.least_axis_share, 1);
-    EXPECT_TRUE(fast.nothing_passed) << fast.longest_move;
+    // Between centres axes can cross unseen: then nothing is claimed, nor by the plain form.
+    EXPECT_EQ(fast.nothing_passed, law == ContactLaw::kHertzSegments ? std::optional(true) : std::nullopt)
+        << fast.longest_move;
     plan.plain = true;
     const Simulated plain = Simulate(scene, plan, {0.1, 0.3}).value();
+    EXPECT_EQ(plain.nothing_passed, std::nullopt);
     for (std::size_t r = 0; r < 3; ++r) {
       for (std::size_t f = 0; f < 2; ++f) {
         const double apart =
