@@ -27,16 +27,12 @@ struct SimulateCall {
   bool full = false;
 };
 
-const char* LevelName(SimulationLevel level) {
-  return level == SimulationLevel::kPaper ? "paper" : "standard";
-}
-
 void TellPlan(const Scene& scene, const SimulationPlan& plan, Output& out) {
   auto& fields = out.fields();
-  fields["level"] = LevelName(scene.level);
+  fields["level"] = NameOf(scene.level);
   fields["time_step_s"] = plan.time_step;
   auto& terms = fields["terms"] = nlohmann::ordered_json::array();
-  out.Print("level {}, steps of {:.3g} s: {}", LevelName(scene.level), plan.time_step, plan.step_why);
+  out.Print("level {}, steps of {:.3g} s: {}", NameOf(scene.level), plan.time_step, plan.step_why);
   for (const PlanTerm& term : plan.terms) {
     terms.push_back({{"name", term.name}, {"on", term.on}, {"why", term.why}});
     out.Print("  {:<3} {}: {}", term.on ? "on" : "off", term.name, term.why);
@@ -113,8 +109,7 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   Result<Scene> read = ReadScene(call.scene);
   if (!read.ok()) return read.error();
   Scene scene = std::move(read).value();
-  if (call.level == "paper") scene.level = SimulationLevel::kPaper;
-  if (call.level == "standard") scene.level = SimulationLevel::kStandard;
+  if (!call.level.empty()) scene.level = LevelNamed(call.level);
   for (const double time : call.at) {
     if (time >= 0 && time <= scene.duration) continue;
     return Error{ErrorKind::kBadInput,
@@ -127,8 +122,8 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   if (call.plan) return Ok{};
 
   const auto begin = std::chrono::steady_clock::now();
-  const Result<Simulated> run =
-      Simulate(scene, plan.value(), TimesOf(call, scene.duration), call.trial, out.ShowProgress(scene.name));
+  const Result<Simulated> run = Simulate(scene, plan.value(), TimesOf(call, scene.duration), call.trial,
+                                         {.progress = out.ShowProgress(scene.name)});
   if (!run.ok()) return Error(run.error()).Within(call.scene);
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const Simulated& done = run.value();
@@ -137,7 +132,7 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   auto& fields = out.fields();
   fields["wall_s"] = wall;
   fields["steps"] = done.steps;
-  fields["diverged"] = !done.diverged.empty();
+  fields["diverged"] = done.diverged.has_value();
   out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} steps", reached, scene.duration, wall,
             reached / wall, done.steps);
   if (done.curves[0].time.size() > 0) {
@@ -152,8 +147,10 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
       out.Print("{}: {} frames of {} rods", call.out, done.curves[0].time.size(), done.curves.size());
     }
   }
-  if (!done.diverged.empty()) {
-    return Error{ErrorKind::kDiverged, call.scene + ": the run diverged: " + done.diverged};
+  if (done.diverged) {
+    return Error{ErrorKind::kDiverged,
+                 fmt::format("{}: the run diverged {}; try time_step = {}", call.scene,
+                             done.diverged->Sentence(), ShortNumber(done.diverged->suggested_step))};
   }
   if (done.stopped) return Error{ErrorKind::kStopped, call.scene + ": stopped; what was simulated is kept"};
   return Ok{};
@@ -170,9 +167,8 @@ Command MakeSimulateCommand() {
       .declare =
           [call](CLI::App& app) {
             app.add_option("scene", call->scene, "scene file (TOML)")->required();
-            app.add_option("--level", call->level,
-                           "instead of the scene's: the paper's form and step, or standard")
-                ->check(CLI::IsMember({"paper", "standard"}));
+            app.add_option("--level", call->level, "instead of the scene's")
+                ->check(CLI::IsMember({"paper", "standard", "fast", "static"}));
             app.add_option("--out", call->out,
                            "write the rods' curves over time (.csv or .h5; metres, seconds)");
             app.add_option("--at", call->at, "times to write besides the frames, s, separated by commas")

@@ -172,6 +172,35 @@ Eigen::Vector3d ContactList::ForceOnBody(std::size_t body) const {
   return force;
 }
 
+std::vector<double> ContactList::Save() const {
+  std::vector<double> saved{least_distance_,
+                            least_share_,
+                            longest_move_,
+                            last_least_,
+                            static_cast<double>(lists_),
+                            nothing_passed_ ? 1.0 : 0.0,
+                            started_ ? 1.0 : 0.0};
+  for (const Row row : {kOldX, kOldY, kOldZ}) saved.insert(saved.end(), At(row), At(row) + stride_);
+  return saved;
+}
+
+void ContactList::Restore(std::span<const double> saved) {
+  TENDRIL_CHECK(saved.size() == 7 + 3 * stride_);
+  least_distance_ = saved[0];
+  least_share_ = saved[1];
+  longest_move_ = saved[2];
+  last_least_ = saved[3];
+  lists_ = static_cast<long>(saved[4]);
+  nothing_passed_ = saved[5] != 0;
+  started_ = saved[6] != 0;
+  std::size_t from = 7;
+  for (const Row row : {kOldX, kOldY, kOldZ}) {
+    std::copy_n(saved.begin() + static_cast<std::ptrdiff_t>(from), stride_, At(row));
+    from += stride_;
+  }
+  ForgetList();
+}
+
 // Runs of eight elements of places [from, to) of which one at least may come to touch.
 void ContactList::AddRuns(int element, int from, int to) {
   const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *bound = At(kBound);

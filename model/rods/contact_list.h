@@ -29,6 +29,11 @@ class ContactList {
   // Forces of what was put.
   //   returns  false  a node is not finite or moved by more than the margin in one go: none were found
   bool Find();
+  // The next Find makes its list anew: what it finds depends on what was put, not on what was before.
+  void ForgetList() { slack_ = -1; }
+  // What a run goes on from after ForgetList, in numbers.
+  std::vector<double> Save() const;
+  void Restore(std::span<const double> saved);
   // Adds a rod's forces, N; laid out as above.
   void AddForces(std::size_t rod, double* forces, std::size_t stride) const;
   // Force on a body, N.
