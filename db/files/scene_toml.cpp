@@ -68,6 +68,7 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   Result<TentacleDesign> read = ReadDesign(file);
   if (!read.ok()) return read.error();
   g.design = std::move(read).value();
+  g.design_name = file.stem().string();
   return Ok{};
 }
 

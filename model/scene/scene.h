@@ -50,6 +50,7 @@ enum class Shortening {
 };
 
 struct SceneGripper {
+  std::string design_name;
   TentacleDesign design;
   Gripper gripper;
   CurvatureMap curvature_map = CurvatureMap::kTurning;

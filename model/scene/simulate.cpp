@@ -16,10 +16,8 @@ constexpr std::int64_t kLook = 100;
 class Record {
  public:
   Record(const std::vector<Driven>& rods, std::vector<CurveSeries> before) : series_(std::move(before)) {
-    if (series_.empty()) {
-      series_.resize(rods.size());
-      for (std::size_t r = 0; r < rods.size(); ++r) series_[r].name = rods[r].name;
-    }
+    series_.resize(rods.size());
+    for (std::size_t r = 0; r < rods.size(); ++r) series_[r].name = rods[r].name;
     for (Eigen::Index f = 0; f < series_[0].time.size(); ++f) times_.push_back(series_[0].time[f]);
   }
   std::size_t frames() const { return times_.size(); }
