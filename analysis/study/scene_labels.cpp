@@ -50,7 +50,9 @@ std::vector<std::string> Broken(const std::string& text, double size_px, int wid
   std::istringstream words(Ascii(text));
   std::string word, row;
   while (words >> word) {
-    const std::string longer = row.empty() ? word : row + " " + word;
+    std::string longer = row;
+    if (!row.empty()) longer += ' ';
+    longer += word;
     if (row.empty() || WidthOf(longer, size_px) <= width || rows.size() + 1 == most) {
       row = longer;
     } else {

@@ -100,8 +100,10 @@ void MeasurePixels(const std::vector<ScenePiece>& pieces, const SceneRaster& ras
       const std::size_t here = pixels.At(x, y);
       if (pixels.depth[here] == kNone) continue;
       const float wide = std::min(120.0F, static_cast<float>(view.focal_px) * reach / pixels.depth[here]);
-      raw[here] = OpenShareOf(pixels, x, y, spirals[static_cast<std::size_t>(y % kTile * kTile + x % kTile)],
-                              wide, reach);
+      raw[here] = OpenShareOf(
+          pixels, x, y,
+          spirals[static_cast<std::size_t>(y % kTile) * kTile + static_cast<std::size_t>(x % kTile)], wide,
+          reach);
     }
   }
   for (int y = 0; y < pixels.height; ++y) {

@@ -39,8 +39,8 @@ Eigen::Vector3d ExtentOf(double radius, const Eigen::Vector3d& tangent, const Ei
 // Pixels whose rays may meet the box; none if part of it is behind the camera.
 PixelBox BoxOf(const Eigen::AlignedBox3d& space, const SceneView& view) {
   PixelBox box;
-  const Eigen::Vector3d low = space.min();
-  const Eigen::Vector3d high = space.max();
+  const Eigen::Vector3d& low = space.min();
+  const Eigen::Vector3d& high = space.max();
   if (!(low.z() > 1e-6 * high.z()) || !space.min().allFinite() || !space.max().allFinite()) return box;
   const auto bounds = [&](double first, double last, double center, int size, int& from, int& to) {
     const double least = view.focal_px * first / (first < 0 ? low.z() : high.z()) + center;
