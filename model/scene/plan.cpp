@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr double kOfLinear = 0.9;
 constexpr double kStandardShare = 0.75, kFastShare = 0.9;
 constexpr double kPaperStep = 2e-5;
+constexpr double kFastSlowing = 0.02;
 // Overlap that contact is reckoned to reach, as a share of a radius, and contacts on a node at once.
 constexpr double kReckonedOverlap = 0.1, kReckonedContacts = 4;
 
@@ -127,8 +128,12 @@ struct Planner {
                std::isfinite(turning)
                    ? "a rod turns by " + ShortNumber(turning) + " rad; less than half a turn does not close"
                    : std::string("a tentacle coils, or both ends of a rod are led"));
-    if (scene.level != SimulationLevel::kStatic) return;
-    for (bool* on : {&plan.rod_contact, &plan.self_contact, &plan.object_contact}) *on = false;
+    const char* const without = scene.level == SimulationLevel::kStatic ? "level static has no contact"
+                                : scene.contact.stiffness == 0          ? "the scene's contact stiffness is 0"
+                                                                        : nullptr;
+    if (without == nullptr) return;
+    plan.rod_contact = plan.self_contact = plan.object_contact = false;
+    for (PlanTerm& term : plan.terms) term = {term.name, false, std::string(without) + "; else: " + term.why};
   }
 
   // How much softer a rod's stretch and shear, and how much larger its rotary inertia may be: each strain
@@ -201,7 +206,15 @@ struct Planner {
       if (!(steps_with(next).Least() > least * 1.0001)) break;
       plan.relief = next;
     }
-    if (scene.level == SimulationLevel::kFast) plan.relief.mass = FastMass();
+    if (scene.level == SimulationLevel::kFast) {
+      plan.relief.mass = FastMass();
+      const bool light = plan.relief.mass == 1;
+      plan.terms.push_back({"inertia as it is", light,
+                            light ? "damping is too weak to hide more"
+                                  : "damping hides " + ShortNumber(plan.relief.mass) +
+                                        " times as much: slow motions are late by at most " +
+                                        ShortNumber(100 * kFastSlowing) + " %"});
+    }
     const StableSteps steps = steps_with(plan.relief);
     const double least = steps.Least();
     const double share = scene.level == SimulationLevel::kFast ? kFastShare : kStandardShare;
@@ -216,13 +229,17 @@ struct Planner {
                             : ShortNumber(share) + " of the stable " + ShortNumber(least) + " s of " + what;
   }
 
-  // Where damping is strong, rods creep: inertia may be this many times as large without being felt. The
-  // slowest motion that counts takes half a second.
+  // Where damping c is strong, rods creep, and a slow motion of frequency omega decays at omega^2 / c (1 + m
+  // omega^2 / c^2 + ...) where all is m times as heavy against acceleration: m is chosen so that the second
+  // term is kFastSlowing. Slow is the first bending of a clamped rod that also hangs by its weight.
   double FastMass() const {
     double least = HUGE_VAL;
     for (const Driven& d : rods) {
-      const double rate = 2 * std::numbers::pi / 0.5;
-      least = std::min(least, std::clamp(d.damping / rate * 2, 1.0, 16.0));
+      const double length = d.rod.rest_length.sum();
+      const double bending = 3.516 * 3.516 * d.rod.bend_stiffness.row(0).minCoeff() /
+                             (d.rod.mass.sum() * length * length * length);
+      const double square = bending + 1.446 * scene.gravity.norm() / length;
+      least = std::min(least, std::clamp(kFastSlowing * d.damping * d.damping / square, 1.0, 16.0));
     }
     return least;
   }
