@@ -13,9 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-// Of the limit of linear oscillation, 2 / omega: measured for rods that coil (docs/rods.md, "Step").
-constexpr double kOfLinear = 0.9;
-constexpr double kStandardShare = 0.75, kFastShare = 0.9;
+// Of the stable step: what coiling, contact and stretching take of it is measured (docs/rods.md, "Step").
+constexpr double kStandardShare = 0.7, kFastShare = 0.85;
 constexpr double kPaperStep = 2e-5;
 constexpr double kFastSlowing = 0.02;
 // Overlap that contact is reckoned to reach, as a share of a radius, and contacts on a node at once.
@@ -253,27 +252,40 @@ std::string ShortNumber(double value) {
   return {text, end.ptr};
 }
 
+namespace {
+
+// The largest omega^2 of the shortest wave that shifts nodes and turns elements: shear binds the one to the
+// other, with the squares `shift` and `turn` alone, and hinges bind turns to turns.
+double FastestBending(double shift, double turn, double hinge) {
+  const double mean = 0.5 * (shift + turn + hinge);
+  return mean + std::sqrt(std::max(0.0, mean * mean - shift * hinge));
+}
+
+}  // namespace
+
 double StableSteps::Least() const { return std::min({stretch, bend, twist, shear, contact}); }
 
 StableSteps StableStepsOf(const Rod& rod, double contact_stiffness) {
   StableSteps steps{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   for (Index i = 0; i < rod.elements(); ++i) {
     const double l = rod.rest_length[i];
-    const Index inner = std::min<Index>(i, rod.bend_stiffness.cols() - 1);
-    // An end node has half a mass, but one element beside it only.
-    const double mass = std::max(rod.mass[i], rod.mass[i + 1]);
+    const Index last = rod.elements() - 1;
+    // Sums over what is on either side: in a tapered rod an element hangs between a stiffer hinge and a
+    // softer.
+    const Index inner = std::min<Index>(i, last - 1), before = std::max<Index>(i - 1, 0);
+    const Vector3d hinges = rod.bend_stiffness.col(before) + rod.bend_stiffness.col(inner);
+    const double mass = std::min(rod.mass[i] * (i == 0 ? 2 : 1), rod.mass[i + 1] * (i == last ? 2 : 1));
     const double across = rod.shear_stiffness(0, i), j1 = rod.inertia(0, i), j3 = rod.inertia(2, i);
     // omega^2 of the shortest wave of each kind; bending elements are also held by shear, and pushed nodes by
     // contact.
     const double stretch = 4 * rod.shear_stiffness(2, i) / (l * mass);
-    const double bend = 4 * rod.bend_stiffness(0, inner) / (l * j1);
-    const double twist = 4 * rod.bend_stiffness(2, inner) / (l * j3);
-    const double shear = std::max(4 * across / (l * mass), l * across / j1);
+    const double hinge = 2 * hinges.x() / (l * j1);
+    const double twist = 2 * hinges.z() / (l * j3);
+    const double shear = FastestBending(4 * across / (l * mass), l * across / j1, 0);
+    const double bend = FastestBending(4 * across / (l * mass), l * across / j1, hinge);
     const double push = 1.5 * contact_stiffness * std::sqrt(kReckonedOverlap * rod.radius[i]);
     const double contact = kReckonedContacts * push / mass + 4 * across / (l * mass);
-    const auto least = [](double& step, double square) {
-      step = std::min(step, kOfLinear * 2 / std::sqrt(square));
-    };
+    const auto least = [](double& step, double square) { step = std::min(step, 2 / std::sqrt(square)); };
     least(steps.stretch, stretch);
     least(steps.bend, bend);
     least(steps.twist, twist);

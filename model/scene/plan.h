@@ -49,7 +49,8 @@ Result<SimulationPlan> PlanScene(const Scene& scene, bool full = false);
 
 inline constexpr double kPlanTolerance = 1e-3;
 
-// The largest stable steps of a rod, s: each the shortest over its elements (docs/rods.md, "Step").
+// The largest stable steps of a straight rod, 2 / omega of the fastest wave, s: each the shortest over its
+// elements; bound from below (docs/rods.md, "Step").
 struct StableSteps {
   double stretch = 0, bend = 0, twist = 0, shear = 0, contact = 0;
   double Least() const;
