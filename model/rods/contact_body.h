@@ -123,8 +123,16 @@ void TouchByLaw(Touch& touch) {
   TouchAll<kCenters>(touch);
 }
 
+void Clear(double* to, int eights) {
+  for (int i = 0; i < 8 * eights; i += kDoubles) Put(to + i, Real{});
+}
+
+void AddTo(double* to, const double* more, int eights) {
+  for (int i = 0; i < 8 * eights; i += kDoubles) Put(to + i, Get(to + i) + Get(more + i));
+}
+
 }  // namespace
 
-Kernels TENDRIL_CONTACT_KERNELS() { return {&MoveRods, &Measure, &Choose, &TouchByLaw}; }
+Kernels TENDRIL_CONTACT_KERNELS() { return {&MoveRods, &Measure, &Choose, &TouchByLaw, &Clear, &AddTo}; }
 
 }  // namespace tendril::contact_kernel

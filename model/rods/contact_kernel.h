@@ -17,11 +17,12 @@ struct Move {
   double* at;               // where they were; taken from `from`, and padding with them
   const double* reference;  // where they were when pairs were last chosen
   const double* allowed;    // [node][8]: square of how far from there they may go
-  double* step;             // [node][8]: square of how far they went just now
+  // [element][8]: square of how much an element's edge may change from there.
+  const double* edge_allowed;
   // Out, added to what is there.
-  double farthest;  // largest of `step`
-  double sum;       // sum of `step`: not finite where a node is not
-  bool left;        // a node is farther from its reference than it may go
+  double farthest;  // square of the farthest that a node went just now
+  double sum;       // of these squares: not finite where a node is not
+  bool left;        // a node or edge is farther from its reference than it may go
 };
 
 // All elements in a row, and which of them are near each other.
@@ -31,12 +32,12 @@ struct Row {
   const double *x, *y, *z;
   const double* rest_radius;
   const double* rest_length;
-  const double* allowed;                            // of nodes: as in Move
+  const double *allowed, *edge_allowed;             // as in Move
   const double *old_x, *old_y, *old_z, *old_reach;  // centres and reach when the list of neighbours was made
-  // Of elements, by Measure. `drift`: the farthest that nodes of this element and of those beside it may go
-  // until pairs are chosen anew. Until then:
+  // Of elements, by Measure. Until pairs are chosen anew, no node of the element may go farther than `drift`,
+  // nor its edge or those beside it change by more than `turn`. Until then:
   double *center_x, *center_y, *center_z, *inverse_square;  // now; 1 / length^2
-  double* drift;
+  double *drift, *turn;
   double* span;   // length, of the longest of this element and those beside it, now
   double* fat;    // radius, at most, plus drift
   double* bound;  // the element lies nearer than this to its present centre
@@ -86,6 +87,9 @@ struct Kernels {
   void (*measure)(Row&);
   void (*choose)(Row&, bool bodies);
   void (*touch)(Touch&);
+  // Arrays' whole eights.
+  void (*clear)(double* to, int eights);
+  void (*add)(double* to, const double* more, int eights);
 };
 
 Kernels BaseKernels();

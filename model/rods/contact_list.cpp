@@ -57,7 +57,8 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   for (std::vector<double>* all : {&nodes_, &velocities_, &staged_, &reference_, &forces_}) {
     all->assign(static_cast<std::size_t>(lanes), 0.0);
   }
-  for (std::vector<double>* all : {&allowed_, &step_}) all->assign(static_cast<std::size_t>(lanes / 3), 0.0);
+  for (std::vector<double>* all : {&allowed_, &edge_allowed_})
+    all->assign(static_cast<std::size_t>(lanes / 3), 0.0);
   memory_.assign(static_cast<std::size_t>(kRows) * stride_, 0.0);
   for (const Row row : {kRestRadius, kFat, kBound}) {
     std::fill_n(At(row), stride_, std::numeric_limits<double>::quiet_NaN());
@@ -162,7 +163,7 @@ void ContactList::Follow(const Eight& eight, const double* positions) {
   move.at = nodes_.data() + eight.lane;
   move.reference = reference_.data() + eight.lane;
   move.allowed = allowed_.data() + eight.lane / 3;
-  move.step = step_.data() + eight.lane / 3;
+  move.edge_allowed = edge_allowed_.data() + eight.lane / 3;
   move.farthest = farthest_square_;
   move.sum = sum_of_squares_;
   move.left = left_;
@@ -179,13 +180,14 @@ bool ContactList::Find() {
   }
   // What is not a number is larger than nothing; the sum keeps it.
   double moved = std::isfinite(sum_of_squares_) ? std::sqrt(farthest_square_) : sum_of_squares_;
-  farthest_square_ = sum_of_squares_ = 0;
   if (!started_) moved = 0;
   longest_move_ = std::max(longest_move_, moved);
   // Elements of which none touch are farther apart than their radii.
   if (2 * moved >= std::min(last_least_, 0.12 * thinnest_)) nothing_passed_ = false;
+  farthest_square_ = sum_of_squares_ = 0;
   if (!std::isfinite(moved)) return false;
-  if (left_ || forgotten_) ChoosePairs(moved);
+  ++steps_;
+  if (left_ || forgotten_) ChoosePairs();
   started_ = true;
   contact_kernel::Touch touch{};
   touch.law = KernelsLaw();
@@ -200,8 +202,9 @@ bool ContactList::Find() {
   if (contact_.damping != 0) touch.velocity = velocities_.data();
   touch.force = forces_.data();
   touch.least_distance = touch.least_share = kNothing;
-  std::fill(forces_.begin(), forces_.end(), 0.0);
-  contact_kernel::KernelsOfThisMachine().touch(touch);
+  const contact_kernel::Kernels kernels = contact_kernel::KernelsOfThisMachine();
+  kernels.clear(forces_.data(), static_cast<int>(forces_.size()) / kRodLanes);
+  kernels.touch(touch);
   last_least_ = touch.least_distance;
   least_distance_ = std::min(least_distance_, touch.least_distance);
   least_share_ = std::min(least_share_, touch.least_share);
@@ -218,8 +221,7 @@ void ContactList::AddForces(std::size_t rod, double* forces, std::size_t stride)
 
 void ContactList::AddLaneForces(std::span<const std::size_t> rods, double* forces) const {
   const Eight& eight = EightOf(rods);
-  const double* const from = forces_.data() + eight.lane;
-  for (int i = 0; i < kNode * (eight.elements + 1); ++i) forces[i] += from[i];
+  contact_kernel::KernelsOfThisMachine().add(forces, forces_.data() + eight.lane, 3 * (eight.elements + 1));
 }
 
 Eigen::Vector3d ContactList::ForceOnBody(std::size_t body) const {

@@ -82,6 +82,7 @@ class ContactList {
     kY,
     kZ,
     kAllowed,
+    kEdgeAllowed,
     kRestRadius,
     kRestLength,
     kNodeShare,
@@ -91,6 +92,7 @@ class ContactList {
     kCenterZ,
     kInverseSquare,
     kDrift,
+    kTurn,
     kSpan,
     kFat,
     kBound,
@@ -108,7 +110,8 @@ class ContactList {
   const Eight& EightOf(std::span<const std::size_t> rods) const;
   void Follow(const Eight& eight, const double* positions);
   contact_kernel::Law KernelsLaw() const;
-  void ChoosePairs(double moved);
+  void Allow();
+  void ChoosePairs();
   void LayInARow();
   void AddPairs(contact_kernel::Row& row, bool bodies);
   void MakeNeighbours();
@@ -125,8 +128,9 @@ class ContactList {
   int rod_places_ = 0;
   std::vector<double> memory_;
   std::vector<int> lane_of_place_;
-  // Side by side: [node][component][8], and squares of lengths [node][8].
-  std::vector<double> nodes_, velocities_, staged_, reference_, forces_, allowed_, step_;
+  // Side by side: [node][component][8]; squares of lengths [node or element][8].
+  std::vector<double> nodes_, velocities_, staged_, reference_, forces_;
+  std::vector<double> allowed_, edge_allowed_;
   // Neighbours.
   std::vector<int> element_, first_, runs_;
   std::size_t rod_elements_ = 0;  // entries of element_ that are no bodies
@@ -147,6 +151,7 @@ class ContactList {
   double farthest_square_ = 0, sum_of_squares_ = 0;  // of what was put since the last Find
   bool left_ = false;                                // a node is farther off than allowed
   bool forgotten_ = true;
+  int steps_ = 0;  // since pairs were chosen
   bool started_ = false;
   double least_distance_, least_share_, longest_move_ = 0, last_least_ = 0;
   long lists_ = 0;

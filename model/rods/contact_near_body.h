@@ -10,6 +10,7 @@ void MoveRods(Move& m) {
   constexpr int kParts = 8 / kDoubles;
   Real farthest[kParts] = {}, sum[kParts] = {};
   Mask left[kParts] = {};
+  Vector last_way[kParts];
   for (int node = 0; node < m.nodes; ++node) {
     for (int part = 0; part < kParts; ++part) {
       const int one = 8 * node + part * kDoubles, i = 24 * node + part * kDoubles;
@@ -20,7 +21,11 @@ void MoveRods(Move& m) {
       farthest[part] = Larger(far, farthest[part]);
       sum[part] += far;
       left[part] |= Dot(way, way) > Get(m.allowed + one);
-      Put(m.step + one, far);
+      if (node > 0) {
+        const Vector change = Sub(way, last_way[part]);
+        left[part] |= Dot(change, change) > Get(m.edge_allowed + one - 8);
+      }
+      last_way[part] = way;
       Put(m.at + i, now.x);
       Put(m.at + i + 8, now.y);
       Put(m.at + i + 16, now.z);
@@ -49,15 +54,15 @@ void Measure(Row& row) {
     const Vector behind = Sub(At(row.x, row.y, row.z, i + 2), end);
     const Real square = Dot(edge, edge), length = Sqrt(square);
     const Real span = Sqrt(Larger(square, Larger(Dot(before, before), Dot(behind, behind))));
-    const Real a = Larger(Get(row.allowed + i), Get(row.allowed + i + 1));
-    const Real b = Larger(i == 0 ? a : Get(row.allowed + i - 1), Get(row.allowed + i + 2));
-    const Real drift = Sqrt(Larger(a, b));
+    const Real drift = Sqrt(Larger(Get(row.allowed + i), Get(row.allowed + i + 1)));
+    const Real own = Get(row.edge_allowed + i), next = Get(row.edge_allowed + i + 1);
+    const Real turn = Sqrt(Larger(own, Larger(i == 0 ? own : Get(row.edge_allowed + i - 1), next)));
     // An element gets thicker as it gets shorter; one that could shrink to nothing reaches everywhere.
-    const Real shortest = length - 2 * drift;
+    const Real shortest = length - turn;
     const Real radius = Get(row.rest_radius + i) * Sqrt(Get(row.rest_length + i) / shortest);
     const Real fat =
         shortest > 0.5 * length ? radius + drift : Get(row.rest_radius + i) + All(__builtin_inf());
-    const Real bound = fat + 0.5 * length + drift;
+    const Real bound = fat + 0.5 * (length + turn);
     const Vector center = {0.5 * (start.x + end.x), 0.5 * (start.y + end.y), 0.5 * (start.z + end.z)};
     const Vector way = Sub(center, At(row.old_x, row.old_y, row.old_z, i));
     // Padding is not a number.
@@ -67,6 +72,7 @@ void Measure(Row& row) {
     Put(row.center_z + i, center.z);
     Put(row.inverse_square + i, 1 / square);
     Put(row.drift + i, drift);
+    Put(row.turn + i, turn);
     Put(row.span + i, span);
     Put(row.fat + i, fat);
     Put(row.bound + i, bound);
@@ -79,7 +85,7 @@ void Measure(Row& row) {
 struct Place {
   Segment it;
   Vector before, behind;  // edges
-  Real drift, span;
+  Real drift, turn, span;
 };
 
 template <bool kAll>
@@ -98,6 +104,7 @@ TENDRIL_INLINE Place PlaceAt(const Row& row, int i) {
   p.before = Sub(p.it.start, node(i - 1));
   p.behind = Sub(node(i + 2), end);
   p.drift = In<kAll>(row.drift, i);
+  p.turn = In<kAll>(row.turn, i);
   p.span = In<kAll>(row.span, i);
   return p;
 }
@@ -108,11 +115,10 @@ TENDRIL_INLINE Place PlaceAt(const Row& row, int i) {
 //
 // With d between the closest points, a has a part only where d.edge <= 0 or d.behind <= 0, and d.edge >= 0 or
 // d.before >= 0 (to contact.cpp's tolerance). Below are least values of these over all points of both
-// elements, and how much they change at most while nodes drift.
+// elements, and how much they change at most while nodes drift and edges turn.
 TENDRIL_INLINE Mask NeverHasPart(const Place& a, const Place& b, const Vector& apart, Real far) {
-  const Real drifts = a.drift + b.drift;
-  const Real change = 2 * a.drift * (far + a.span) + drifts * (3 * a.span + b.span + 4 * drifts) +
-                      1e-8 * a.span * (far + a.span);
+  const Real change = (a.drift + b.drift) * (a.span + a.turn) + a.turn * (far + 0.5 * (a.span + b.span)) +
+                      0.5 * b.turn * (a.span + a.turn) + 1e-8 * a.span * (far + a.span);
   const Vector& u = a.it.edge;
   const Vector& v = b.it.edge;
   const Vector from_end = PlusTimes(apart, All(-0.5), u), from_start = PlusTimes(apart, All(0.5), u);

@@ -14,10 +14,11 @@ constexpr int kRun = 8;
 constexpr int kNode = 3 * kRodLanes;  // numbers of a node of eight rods side by side
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-// How far a node may go until pairs are chosen anew: as far as in so many steps like its last, or a quarter
-// of what the fastest may, so that choosing costs less than the steps between; but, as a share of the
-// thinnest radius, not so far that many pairs are looked at in vain.
-constexpr double kStepsAhead = 24, kLeastAllowed = 1e-3, kMostAllowed = 0.03;
+// How far a node may go until pairs are chosen anew: as far as it would in so many steps like those since
+// they were last chosen, or a share of what the fastest may, so that choosing costs less than the steps
+// between; but, as a share of the thinnest radius, not so far that many pairs are looked at in vain. The same
+// for how much an edge may change.
+constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
 // Beyond this an element's reach may grow until neighbours are sought anew, as a share of the thinnest
 // radius.
 constexpr double kMargin = 0.15;
@@ -42,33 +43,69 @@ void ContactList::LayInARow() {
       x[strand.place - 1] = x[strand.place];
       x[last + 1] = x[last];
     }
-    double* const allowed = At(kAllowed);
     const std::size_t lane = static_cast<std::size_t>(strand.lane);
-    const double* from = allowed_.data() + (lane - lane % kRodLanes) / 3 + lane % kRodLanes;
+    const std::size_t first = (lane - lane % kRodLanes) / 3 + lane % kRodLanes;
+    const double *from = allowed_.data() + first, *edge_from = edge_allowed_.data() + first;
+    double *const allowed = At(kAllowed), *const edge_allowed = At(kEdgeAllowed);
     for (int i = strand.place; i <= last; ++i, from += kRodLanes) allowed[i] = *from;
+    for (int i = strand.place; i < last; ++i, edge_from += kRodLanes) edge_allowed[i] = *edge_from;
   }
 }
 
-void ContactList::ChoosePairs(double moved) {
-  std::copy(nodes_.begin(), nodes_.end(), reference_.begin());
-  // After ForgetList, nothing is known of steps.
-  const double steps = forgotten_ ? 0 : kStepsAhead;
-  const double most = kMostAllowed * thinnest_;
-  const double least = std::clamp(0.25 * steps * moved, kLeastAllowed * thinnest_, most);
-  const double ahead = steps * steps, most_square = most * most, least_square = least * least;
-  for (std::size_t i = 0; i < allowed_.size(); ++i) {
-    allowed_[i] = std::min(std::max(ahead * step_[i], least_square), most_square);
+// How far nodes may go, and edges change, from where they are now.
+void ContactList::Allow() {
+  const double most = kMostAllowed * thinnest_, least = kLeastAllowed * thinnest_;
+  double farthest = 0, farthest_edge = 0;
+  for (const Eight& eight : eights_) {
+    if (eight.strands[0] >= rods_) continue;
+    for (std::size_t rod = 0; rod < eight.strands.size(); ++rod) {
+      double last[3] = {};
+      for (int node = 0; node <= eight.elements; ++node) {
+        const std::size_t at = static_cast<std::size_t>(eight.lane + kNode * node) + rod;
+        const std::size_t to = static_cast<std::size_t>(eight.lane / 3 + kRodLanes * node) + rod;
+        double square = 0, edge_square = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const double way = nodes_[at + kRodLanes * k] - reference_[at + kRodLanes * k];
+          square += way * way;
+          edge_square += (way - last[k]) * (way - last[k]);
+          last[k] = way;
+        }
+        allowed_[to] = square;
+        farthest = std::max(farthest, square);
+        if (node == 0) continue;
+        edge_allowed_[to - kRodLanes] = edge_square;
+        farthest_edge = std::max(farthest_edge, edge_square);
+      }
+    }
   }
+  std::copy(nodes_.begin(), nodes_.end(), reference_.begin());
+  const double ahead = std::pow(kStepsAhead / std::max(steps_, 1), 2);
+  const auto limit = [&](std::vector<double>& squares, double longest) {
+    const double lowest = std::clamp(kSlowest * kSlowest * ahead * longest, least * least, most * most);
+    for (double& square : squares) {
+      // After ForgetList, nothing is known of steps.
+      square = forgotten_ ? least * least : std::min(std::max(ahead * square, lowest), most * most);
+    }
+  };
+  limit(allowed_, farthest);
+  limit(edge_allowed_, farthest_edge);
+  steps_ = 0;
+}
+
+void ContactList::ChoosePairs() {
+  Allow();
   LayInARow();
   contact_kernel::Row row{};
   row.law = KernelsLaw();
   row.size = rod_places_;
   row.x = At(kX), row.y = At(kY), row.z = At(kZ);
   row.rest_radius = At(kRestRadius), row.rest_length = At(kRestLength), row.allowed = At(kAllowed);
+  row.edge_allowed = At(kEdgeAllowed);
   row.old_x = At(kOldX), row.old_y = At(kOldY), row.old_z = At(kOldZ), row.old_reach = At(kOldReach);
   row.center_x = At(kCenterX), row.center_y = At(kCenterY), row.center_z = At(kCenterZ);
   row.inverse_square = At(kInverseSquare);
-  row.drift = At(kDrift), row.span = At(kSpan), row.fat = At(kFat), row.bound = At(kBound);
+  row.drift = At(kDrift), row.turn = At(kTurn), row.span = At(kSpan), row.fat = At(kFat),
+  row.bound = At(kBound);
   contact_kernel::KernelsOfThisMachine().measure(row);
   if (forgotten_ || row.strayed > 0) MakeNeighbours();
   one_.clear();
