@@ -36,7 +36,7 @@ void Step(benchmark::State& state) {
   constexpr int kSteps = 200;
   for (auto _ : state) {
     const Simulated run = Simulate(scene, plan, {kSteps * plan.time_step}).value();
-    if (!run.diverged.empty() || !(run.least_axis_share < 1)) state.SkipWithError("not what it should be");
+    if (run.diverged.has_value() || !(run.least_axis_share < 1)) state.SkipWithError("not what it should be");
   }
   const double steps = kSteps * static_cast<double>(state.iterations());
   state.counters["per_step"] =

@@ -66,19 +66,21 @@ void Output::Warn(const std::string& message) {
   fields_["warnings"].push_back(message);
 }
 
-Progress Output::ShowProgress(const std::string& label) {
+Progress Output::ShowProgress(const std::string& label, std::function<std::string(double done)> note) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  return [label, terminal, last = -1](double done) mutable {
+  return [label, terminal, note = std::move(note), last = -1](double done) mutable {
     const int percent = static_cast<int>(std::floor(100 * std::min(1.0, std::max(0.0, done))));
     const int shown = terminal ? percent : percent / 10 * 10;
     if (shown != last) {
       last = shown;
+      const std::string beside = note ? "  " + note(done) : "";
       if (terminal) {
         const int filled = percent * 30 / 100;
-        std::fprintf(stderr, "\r%-24s [%s%s] %3d %%%s", label.c_str(), std::string(filled, '#').c_str(),
-                     std::string(30 - filled, '.').c_str(), percent, percent == 100 ? "\n" : "");
+        std::fprintf(stderr, "\r%-24s [%s%s] %3d %%%s%s", label.c_str(), std::string(filled, '#').c_str(),
+                     std::string(30 - filled, '.').c_str(), percent, beside.c_str(),
+                     percent == 100 ? "\n" : "");
       } else {
-        std::fprintf(stderr, "%s: %d %%\n", label.c_str(), shown);
+        std::fprintf(stderr, "%s: %d %%%s\n", label.c_str(), shown, beside.c_str());
       }
       std::fflush(stderr);
     }

@@ -38,7 +38,8 @@ class Output {
   void Warn(const std::string& message);
 
   // A bar on stderr (a line per tenth where stderr is no terminal). Asks to stop after Ctrl-C.
-  Progress ShowProgress(const std::string& label);
+  //   note  what to say beside the share that is done; empty: nothing
+  Progress ShowProgress(const std::string& label, std::function<std::string(double done)> note = {});
 
  private:
   static void PrintLine(const std::string& line);

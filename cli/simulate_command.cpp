@@ -8,40 +8,42 @@
 #include <string>
 #include <vector>
 
-#include "analysis/link/link_series.h"
+#include "cli/lab_option.h"
+#include "cli/program_version.h"
+#include "cli/scene_video.h"
+#include "cli/simulate_lab.h"
+#include "cli/simulate_report.h"
 #include "db/files/curve_files.h"
+#include "db/files/design_toml.h"
+#include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
+#include "db/files/state_file.h"
 #include "model/scene/simulate.h"
 
 namespace tendril::cli {
 namespace {
 
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
 struct SimulateCall {
   std::string scene;
   std::string level;
   std::string out;
+  std::string video;
+  std::string picture;
+  std::string checkpoint;
+  std::string lab;
+  std::string label;
   std::vector<double> at;
   double fps = 30;
   std::uint64_t trial = 0;
+  bool store = false;  // in a lab
   bool plan = false;
   bool full = false;
 };
 
-const char* LevelName(SimulationLevel level) {
-  return level == SimulationLevel::kPaper ? "paper" : "standard";
-}
-
-void TellPlan(const Scene& scene, const SimulationPlan& plan, Output& out) {
-  auto& fields = out.fields();
-  fields["level"] = LevelName(scene.level);
-  fields["time_step_s"] = plan.time_step;
-  auto& terms = fields["terms"] = nlohmann::ordered_json::array();
-  out.Print("level {}, steps of {:.3g} s: {}", LevelName(scene.level), plan.time_step, plan.step_why);
-  for (const PlanTerm& term : plan.terms) {
-    terms.push_back({{"name", term.name}, {"on", term.on}, {"why", term.why}});
-    out.Print("  {:<3} {}: {}", term.on ? "on" : "off", term.name, term.why);
-  }
-}
+double Since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 // Frames at the rate, the end, and what was asked for besides.
 std::vector<double> TimesOf(const SimulateCall& call, double duration) {
@@ -53,108 +55,222 @@ std::vector<double> TimesOf(const SimulateCall& call, double duration) {
   return times;
 }
 
-Status TellLink(const Scene& scene, const std::vector<CurveSeries>& curves, Output& out) {
-  LinkOptions options;
-  if (!scene.objects.empty() && scene.objects[0].body.start != scene.objects[0].body.end) {
-    const FixedBody& body = scene.objects[0].body;
-    options.axis = Axis{body.start, body.end - body.start};
+// The state of an interrupted run: kept now and then, and gone once the run is through.
+class Checkpoint {
+ public:
+  static constexpr double kEvery_s = 10;
+
+  Checkpoint(std::string file, std::string run) : file_(std::move(file)), run_(std::move(run)) {}
+
+  // The state to go on from, if there is one.
+  Result<std::optional<SimulationState>> Load() const {
+    if (file_.empty() || !fs::exists(file_)) return std::optional<SimulationState>();
+    Result<SimulationState> state = ReadState(file_, run_);
+    if (!state.ok()) return state.error();
+    return std::optional(std::move(state).value());
   }
-  const Result<LinkSeries> links = MeasureLinkSeries(curves, options);
+
+  std::function<void(const std::function<SimulationState()>&)> Keeper() {
+    if (file_.empty()) return {};
+    return [this](const std::function<SimulationState()>& make) {
+      if (!StopRequested() && Since(kept_) < kEvery_s) return;
+      const Status written = WriteState(file_, make(), run_);
+      if (!written.ok()) trouble_ = written.error().message;
+      kept_ = Clock::now();
+    };
+  }
+
+  // A state that could not be written is no reason to lose the run.
+  const std::string& trouble() const { return trouble_; }
+  void Remove() const {
+    std::error_code ignored;
+    if (!file_.empty()) fs::remove(file_, ignored);
+  }
+
+ private:
+  std::string file_, run_, trouble_;
+  Clock::time_point kept_ = Clock::now();
+};
+
+Result<std::string> RunId(const SimulateCall& call, const Scene& scene, const std::vector<double>& times) {
+  const Result<std::string> text = ReadText(call.scene);
+  if (!text.ok()) return text.error();
+  std::string all = ProgramVersion() + NameOf(scene.level) + text.value();
+  if (scene.gripper) all += DesignToml(scene.gripper->design);
+  all += fmt::format("{} {}", call.trial, call.full);
+  for (const double time : times) all += fmt::format(" {:.17g}", time);
+  return Sha256(all);
+}
+
+SceneFilm FilmOf(const Scene& scene, const Simulated& done, const LinkSeries& links) {
+  SceneFilm film{.name = scene.name, .curves = done.curves};
+  for (const CurveSeries& one : done.curves) {
+    const bool tentacle =
+        scene.gripper && film.radius.size() < static_cast<size_t>(scene.gripper->gripper.tentacles);
+    const size_t plain =
+        film.radius.size() - (scene.gripper ? static_cast<size_t>(scene.gripper->gripper.tentacles) : 0);
+    const RodDesign& design = tentacle ? scene.gripper->rod : scene.rods[plain].design;
+    const double taper = tentacle ? scene.gripper->design.taper : design.taper;
+    film.radius.push_back(Eigen::VectorXd::LinSpaced(one.curves[0].points.cols(), design.base_radius,
+                                                     design.base_radius * taper));
+  }
+  film.objects = scene.objects;
+  for (const LinkReport& frame : links.frames) {
+    std::vector<std::string>& lines = film.lines.emplace_back();
+    if (done.curves.size() > 1) lines.push_back(fmt::format("mutual link {:.2f}", frame.mutual_link));
+    if (AxisOf(scene)) lines.push_back(fmt::format("object link {:.2f}", frame.object_link));
+  }
+  return film;
+}
+
+// Curves, film, picture and trial, as far as they were asked for.
+Status WriteAll(const SimulateCall& call, const Scene& scene, const SimulationPlan& plan,
+                const Simulated& done, double wall, Output& out) {
+  Result<LinkSeries> links = TellLink(scene, done.curves, out);
   if (!links.ok()) return links.error();
-  const auto or_null = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-  };
-  auto& list = out.fields()["link"] = nlohmann::ordered_json::array();
-  int passed = 0;
-  for (const LinkEvent& event : links.value().events)
-    passed += event.kind == LinkEvent::Kind::kBodyPassed ? 1 : 0;
-  for (size_t f = 0; f < links.value().frames.size(); ++f) {
-    const LinkReport& report = links.value().frames[f];
-    list.push_back({{"time", links.value().time[static_cast<Eigen::Index>(f)]},
-                    {"mutual_link", or_null(report.mutual_link)},
-                    {"object_link", or_null(report.object_link)}});
+  TellPassages(done, out);
+  auto& fields = out.fields();
+  if (!call.out.empty()) {
+    if (Status s = WriteCurves(call.out, done.curves, ProgramVersion() + " simulate"); !s.ok()) return s;
+    fields["out"] = call.out;
+    out.Print("{}: {} frames of {} rods", call.out, done.curves[0].time.size(), done.curves.size());
   }
-  out.fields()["bodies_passed"] = passed;
-  const LinkReport& end = links.value().AtEnd();
-  if (curves.size() > 1) out.Print("mutual link {:.4f} turns", end.mutual_link);
-  if (options.axis) out.Print("object link {:.4f} turns", end.object_link);
-  if (passed > 0) {
-    out.Warn(fmt::format(
-        "{} jumps of a link by a whole turn between frames: a body went through another, or through "
-        "another's extension to infinity",
-        passed));
+  if (call.store) {
+    Result<Lab> lab = OpenLab(call.lab);
+    if (!lab.ok()) return lab.error();
+    const Result<std::string> label = StoreSimulatedTrial(lab.value(), {.scene_file = call.scene,
+                                                                        .label = call.label,
+                                                                        .scene = &scene,
+                                                                        .plan = &plan,
+                                                                        .run = &done,
+                                                                        .links = &links.value(),
+                                                                        .trial_number = call.trial,
+                                                                        .wall_s = wall});
+    if (!label.ok()) return label.error();
+    fields["trial"] = label.value();
+    out.Print("trial {} of kind simulated, in the lab", label.value());
+  }
+  if (call.video.empty() && call.picture.empty()) return Ok{};
+  const SceneFilm film = FilmOf(scene, done, links.value());
+  if (!call.picture.empty()) {
+    if (Status s = WriteScenePicture(film, call.picture); !s.ok()) return s;
+    fields["picture"] = call.picture;
+    out.Print("{}: the last frame", call.picture);
+  }
+  if (!call.video.empty()) {
+    if (Status s = WriteSceneVideo(film, call.video, out.ShowProgress(call.video)); !s.ok()) return s;
+    fields["video"] = call.video;
+    out.Print("{}: {} frames", call.video, done.curves[0].time.size());
   }
   return Ok{};
 }
 
-// Whether every step of the run shows that no body went through another; null: it was not looked at.
-void TellPassages(const Simulated& done, Output& out) {
-  auto& fields = out.fields();
-  fields["nothing_passed"] = nullptr;
-  if (!done.nothing_passed) return;
-  const bool touched = std::isfinite(done.least_axis_distance);
-  fields["nothing_passed"] = *done.nothing_passed;
-  fields["least_axis_distance_m"] =
-      touched ? nlohmann::ordered_json(done.least_axis_distance) : nlohmann::ordered_json(nullptr);
-  fields["longest_move_m"] = done.longest_move;
-  const char* const verdict =
-      *done.nothing_passed ? "no body passed through another" : "a body may have passed through another";
-  if (touched) {
-    out.Print("contact: axes never nearer than {:.3g} mm ({:.2f} of the radii's sum)",
-              1e3 * done.least_axis_distance, done.least_axis_share);
+// What cannot be done is said before the run, not after it.
+Status CheckCall(const SimulateCall& call, const Scene& scene) {
+  for (const double time : call.at) {
+    if (time >= 0 && time <= scene.duration) continue;
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("--at {}: expected 0 to the scene's duration, {} s", time, scene.duration)};
   }
-  out.Print("nodes never moved farther than {:.3g} mm in a step: {}", 1e3 * done.longest_move, verdict);
-  if (!*done.nothing_passed) {
-    out.Warn(fmt::format("{}: the contact is too soft or the step too long", verdict));
+  const auto ends = [](const std::string& file, std::initializer_list<const char*> known) {
+    return file.empty() || std::any_of(known.begin(), known.end(), [&](const char* extension) {
+             return fs::path(file).extension() == extension;
+           });
+  };
+  const struct {
+    const char* option;
+    const std::string& file;
+    std::initializer_list<const char*> known;
+    const char* expected;
+  } files[] = {{"--out", call.out, {".csv", ".h5", ".hdf5"}, ".csv or .h5"},
+               {"--video", call.video, {".mp4"}, ".mp4"},
+               {"--picture", call.picture, {".png"}, ".png"}};
+  for (const auto& [option, file, known, expected] : files) {
+    if (!ends(file, known)) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{} {}: expected a file that ends in {}", option, file, expected)};
+    }
   }
+  for (const std::string& file : {call.out, call.video, call.picture, call.checkpoint}) {
+    const fs::path folder = fs::path(file).parent_path();
+    if (file.empty() || folder.empty() || fs::is_directory(folder)) continue;
+    return Error{ErrorKind::kNotFound, fmt::format("{}: there is no folder {}", file, folder.string())};
+  }
+  if (!call.store) return Ok{};
+  if (Status s = CheckIsTrial(scene); !s.ok()) return s;
+  const Result<Lab> lab = OpenLab(call.lab);
+  return lab.ok() ? Status(Ok{}) : Status(lab.error());
 }
 
 Status RunSimulate(const SimulateCall& call, Output& out) {
   Result<Scene> read = ReadScene(call.scene);
   if (!read.ok()) return read.error();
   Scene scene = std::move(read).value();
-  if (call.level == "paper") scene.level = SimulationLevel::kPaper;
-  if (call.level == "standard") scene.level = SimulationLevel::kStandard;
-  for (const double time : call.at) {
-    if (time >= 0 && time <= scene.duration) continue;
-    return Error{ErrorKind::kBadInput,
-                 fmt::format("--at {}: expected 0 to the scene's duration, {} s", time, scene.duration)};
-  }
-  const Result<SimulationPlan> plan = PlanScene(scene, call.full);
-  if (!plan.ok()) return Error(plan.error()).Within(call.scene);
+  if (!call.level.empty()) scene.level = LevelNamed(call.level);
+  if (Status good = CheckCall(call, scene); !good.ok()) return good;
+  const Result<SimulationPlan> planned = PlanScene(scene, call.full);
+  if (!planned.ok()) return Error(planned.error()).Within(call.scene);
+  const SimulationPlan& plan = planned.value();
   out.fields()["scene"] = scene.name;
-  TellPlan(scene, plan.value(), out);
+  TellPlan(scene, plan, out);
   if (call.plan) return Ok{};
 
-  const auto begin = std::chrono::steady_clock::now();
-  const Result<Simulated> run =
-      Simulate(scene, plan.value(), TimesOf(call, scene.duration), call.trial, out.ShowProgress(scene.name));
+  const std::vector<double> times = TimesOf(call, scene.duration);
+  const Result<std::string> id = RunId(call, scene, times);
+  if (!id.ok()) return id.error();
+  Checkpoint checkpoint(call.checkpoint, id.value());
+  const Result<std::optional<SimulationState>> state = checkpoint.Load();
+  if (!state.ok()) return state.error();
+  SimulateHooks hooks;
+  const auto begin = Clock::now();
+  hooks.progress = out.ShowProgress(scene.name, [&](double share) {
+    return fmt::format("{:.3g} times real time", share * scene.duration / Since(begin));
+  });
+  hooks.keep = checkpoint.Keeper();
+  if (state.value()) {
+    hooks.resume_from = &*state.value();
+    out.fields()["resumed_at_s"] =
+        state.value()->curves.empty() ? 0.0 : state.value()->curves[0].time.tail<1>()[0];
+    out.Print("going on from {}", call.checkpoint);
+  }
+
+  const Result<Simulated> run = Simulate(scene, plan, times, call.trial, hooks);
   if (!run.ok()) return Error(run.error()).Within(call.scene);
-  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double wall = Since(begin);
   const Simulated& done = run.value();
+  if (!checkpoint.trouble().empty()) out.Warn("no state could be kept: " + checkpoint.trouble());
   const double reached = done.curves[0].time.size() > 0 ? done.curves[0].time.tail<1>()[0] : 0;
 
   auto& fields = out.fields();
   fields["wall_s"] = wall;
   fields["steps"] = done.steps;
-  fields["diverged"] = !done.diverged.empty();
-  out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} steps", reached, scene.duration, wall,
-            reached / wall, done.steps);
-  if (done.curves[0].time.size() > 0) {
-    if (Status told = TellLink(scene, done.curves, out); !told.ok()) return told;
-    TellPassages(done, out);
-    if (!call.out.empty()) {
-      if (Status written = WriteCurves(call.out, done.curves, "tendril simulate " TENDRIL_VERSION);
-          !written.ok()) {
-        return written;
-      }
-      fields["out"] = call.out;
-      out.Print("{}: {} frames of {} rods", call.out, done.curves[0].time.size(), done.curves.size());
-    }
+  fields["diverged"] = done.diverged.has_value();
+  if (done.diverged) {
+    fields["divergence"] = {{"time_s", done.diverged->time},
+                            {"rod", done.diverged->rod},
+                            {"element", done.diverged->element},
+                            {"why", done.diverged->why},
+                            {"suggested_step_s", done.diverged->suggested_step}};
   }
-  if (!done.diverged.empty()) {
-    return Error{ErrorKind::kDiverged, call.scene + ": the run diverged: " + done.diverged};
+  out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} {}", reached, scene.duration, wall,
+            reached / wall, done.steps, scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
+  const bool goes_on = done.stopped && !call.checkpoint.empty();
+  if (done.curves[0].time.size() > 0 && !goes_on) {
+    if (Status s = WriteAll(call, scene, plan, done, wall, out); !s.ok()) return s;
   }
+  if (done.diverged) {
+    const bool published = scene.level == SimulationLevel::kPaper;
+    return Error{ErrorKind::kDiverged,
+                 fmt::format("{}: the run diverged {}; try time_step = {}{}{}", call.scene,
+                             done.diverged->Sentence(), ShortNumber(done.diverged->suggested_step),
+                             published ? ", more damping or level standard" : "",
+                             call.out.empty() && !call.store ? "" : " (what it reached is kept)")};
+  }
+  if (goes_on) {
+    return Error{ErrorKind::kStopped,
+                 fmt::format("{}: stopped; the same call goes on from {}", call.scene, call.checkpoint)};
+  }
+  checkpoint.Remove();
   if (done.stopped) return Error{ErrorKind::kStopped, call.scene + ": stopped; what was simulated is kept"};
   return Ok{};
 }
@@ -166,15 +282,29 @@ Command MakeSimulateCommand() {
   return {
       .path = "simulate",
       .help = "rods that bend, touch and entangle, as a scene file says",
-      .example = "tendril simulate examples/scenes/helix.toml --out helix.csv",
+      .example = "tendril simulate examples/scenes/paper.toml --level fast --out curves.h5 --video film.mp4",
       .declare =
           [call](CLI::App& app) {
             app.add_option("scene", call->scene, "scene file (TOML)")->required();
-            app.add_option("--level", call->level,
-                           "instead of the scene's: the paper's form and step, or standard")
-                ->check(CLI::IsMember({"paper", "standard"}));
+            app.add_option("--level", call->level, "instead of the scene's")
+                ->check(CLI::IsMember({"paper", "standard", "fast", "static"}));
             app.add_option("--out", call->out,
                            "write the rods' curves over time (.csv or .h5; metres, seconds)");
+            app.add_option("--video", call->video, "write a film of the scene (.mp4)");
+            app.add_option("--picture", call->picture, "write a picture of the end (.png)");
+            auto* const lab = app.add_option_function<std::string>(
+                "--lab",
+                [call](const std::string& folder) {
+                  call->lab = folder;
+                  call->store = true;
+                },
+                "keep the run as a trial of kind simulated (folder of a lab)");
+            app.add_option("--label", call->label, "the trial's short name, unique in the lab (text)")
+                ->needs(lab);
+            app.add_option(
+                "--checkpoint", call->checkpoint,
+                "keep the run's state here every 10 s and when stopped; if it is there, go on from "
+                "it (file)");
             app.add_option("--at", call->at, "times to write besides the frames, s, separated by commas")
                 ->delimiter(',');
             app.add_option("--fps", call->fps, "frames per simulated second")

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "db/files/safe_file.h"
+#include "db/simulation_store.h"
 #include "db/statement.h"
 #include "db/trial_store.h"
 
@@ -94,6 +96,29 @@ Status StoreLink(Lab& lab, const std::string& id, const LinkRows& rows, const Pr
     for (const PairLinkRow& row : rows.pairs) {
       RunAgain(pair, id, row.frame, row.a, row.b, row.time_s, row.link, row.gauss, row.flags);
     }
+  });
+}
+
+Status StoreSimulation(Lab& lab, const std::string& id, const SimulationRow& row,
+                       const Provenance& provenance) {
+  if (!nlohmann::json::accept(row.terms_json)) {
+    return Error{ErrorKind::kBadInput, fmt::format("simulation: terms = {}: expected JSON", row.terms_json)};
+  }
+  const std::string sha256 = Sha256(row.scene_toml);
+  return Store(lab, {id}, provenance, [&](SQLite::Database& db, std::int64_t made_from) {
+    Run(db, "INSERT INTO scene (name, sha256, toml) VALUES (?,?,?) ON CONFLICT (sha256) DO NOTHING",
+        row.scene_name, sha256, row.scene_toml);
+    const std::int64_t scene = Ask(db, "SELECT id FROM scene WHERE sha256 = ?", sha256);
+    Forget(db, "simulation", id);
+    const double passed = row.nothing_passed ? (*row.nothing_passed ? 1.0 : 0.0) : kNotKnown;
+    const auto divergence = row.divergence.empty() ? std::nullopt : std::optional(row.divergence);
+    Run(db,
+        "INSERT INTO simulation (trial_id, provenance_id, scene_id, level, seed, trial_number, time_step_s, "
+        "steps, simulated_s, wall_s, terms_json, least_axis_distance_m, least_axis_share, longest_move_m, "
+        "nothing_passed, divergence) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        id, made_from, scene, row.level, row.seed, row.trial_number, row.time_step_s, row.steps,
+        row.simulated_s, row.wall_s, row.terms_json, row.least_axis_distance_m, row.least_axis_share,
+        row.longest_move_m, passed, divergence);  // passed: SQLite keeps 1.0 as the integer 1
   });
 }
 

@@ -68,6 +68,7 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   Result<TentacleDesign> read = ReadDesign(file);
   if (!read.ok()) return read.error();
   g.design = std::move(read).value();
+  g.design_name = file.stem().string();
   return Ok{};
 }
 
@@ -93,6 +94,15 @@ SceneObject ReadObject(TomlTable& table) {
   return object;
 }
 
+void ReadMotion(TomlTable table, EndMotion& motion) {
+  if (!table.exists()) return;
+  table.Vector("velocity", motion.velocity, Finite("m/s"));
+  table.Vector("spin", motion.spin, Finite("rad/s"));
+  table.Required().Number("until", motion.until, Above(0, "s"));
+  table.Number("from", motion.from, AtLeast(0, "s"));
+  if (motion.from > motion.until) table.Reject("from", "a time not after until");
+}
+
 SceneRod ReadRod(TomlTable& table, std::size_t number) {
   SceneRod rod;
   rod.name = "rod" + std::to_string(number);
@@ -104,17 +114,36 @@ SceneRod ReadRod(TomlTable& table, std::size_t number) {
   table.Number("taper", rod.design.taper, Above(0));
   ReadRodKeys(table, rod.design, rod.damping);
   std::string clamp = "base";
-  table.Choice("clamp", clamp, {"base", "none"});
-  rod.design.clamped = clamp == "base";
+  table.Choice("clamp", clamp, {"base", "both", "none"});
+  rod.design.base = clamp == "none" ? EndHold::kFree : EndHold::kFrame;
+  rod.design.tip = clamp == "both" ? EndHold::kFrame : EndHold::kFree;
+  table.Vector("start_curvature", rod.design.start_curvature, Finite("1/m"));
   table.Vector("rest_curvature", rod.rest_curvature, Finite("1/m"));
   ReadSpan(table, "ramp", rod.ramp_start, rod.ramp_end);
   table.Vector("velocity", rod.velocity, Finite("m/s"));
   table.Vector("spin", rod.spin, Finite("rad/s"));
   table.Vector("tip_force", rod.tip_force, Finite("N"));
+  table.Vector("tip_couple", rod.tip_couple, Finite("N m"));
+  ReadMotion(table.Table("base_motion"), rod.base_motion);
+  ReadMotion(table.Table("tip_motion"), rod.tip_motion);
   return rod;
 }
 
 }  // namespace
+
+SimulationLevel LevelNamed(const std::string& name) {
+  return name == "paper"    ? SimulationLevel::kPaper
+         : name == "fast"   ? SimulationLevel::kFast
+         : name == "static" ? SimulationLevel::kStatic
+                            : SimulationLevel::kStandard;
+}
+
+std::string NameOf(SimulationLevel level) {
+  for (const char* name : {"paper", "fast", "static"}) {
+    if (LevelNamed(name) == level) return name;
+  }
+  return "standard";
+}
 
 Result<Scene> ReadScene(const fs::path& file) {
   Result<TomlDocument> parsed = TomlDocument::Read(file);
@@ -129,8 +158,8 @@ Result<Scene> ReadScene(const fs::path& file) {
   root.Integer("seed", seed, AtLeast(0));
   scene.seed = static_cast<std::uint64_t>(seed);
   std::string level = "standard", medium_kind = "vacuum", law = "hertz_segments";
-  root.Choice("level", level, {"paper", "standard"});
-  scene.level = level == "paper" ? SimulationLevel::kPaper : SimulationLevel::kStandard;
+  root.Choice("level", level, {"paper", "standard", "fast", "static"});
+  scene.level = LevelNamed(level);
   root.Number("time_step", scene.time_step, Above(0, "s"));
 
   TomlTable medium = document.Table("medium");
@@ -143,8 +172,10 @@ Result<Scene> ReadScene(const fs::path& file) {
   for (TomlTable& table : document.Tables("object")) scene.objects.push_back(ReadObject(table));
 
   TomlTable contact = document.Table("contact");
-  contact.Choice("law", law, {"hertz_segments", "hertz_centers"});
-  scene.contact.law = law == "hertz_segments" ? ContactLaw::kHertzSegments : ContactLaw::kHertzCenters;
+  contact.Choice("law", law, {"hertz_segments", "hertz_equal", "hertz_centers"});
+  scene.contact.law = law == "hertz_segments" ? ContactLaw::kHertzSegments
+                      : law == "hertz_equal"  ? ContactLaw::kHertzEqual
+                                              : ContactLaw::kHertzCenters;
   contact.Number("stiffness", scene.contact.stiffness, AtLeast(0, "N/m^1.5"));
   contact.Number("damping", scene.contact.damping, AtLeast(0, "N s/m"));
   std::size_t number = 0;

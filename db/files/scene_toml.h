@@ -13,4 +13,8 @@ namespace tendril {
 //   errors  kNotFound no such file; kBadInput  file:line: field = value: what was expected
 Result<Scene> ReadScene(const std::filesystem::path& file);
 
+// As scene files and --level name them; any other name is the standard level.
+SimulationLevel LevelNamed(const std::string& name);
+std::string NameOf(SimulationLevel level);
+
 }  // namespace tendril

@@ -53,10 +53,12 @@ RestCurvature RestCurvatureOf(const TentacleLayout& layout, const TendonCurve& c
     return by_arc_length ? stretch * curve.segment_length[i] : layout.hole_z[i + 1] - layout.hole_z[i];
   };
 
-  // Node m's cell reaches half an element to either side; the outer cells take the ends too.
+  // Node m's cell reaches half an element to either side; the outer cells take the ends too. Cell -1 is the
+  // base's.
+  const Eigen::Index least = options.bends_at_base ? -1 : 0;
   const auto node_at = [&](double place) {
     const double cell = std::floor(place / rest.element_length - 0.5);
-    return std::clamp(static_cast<Eigen::Index>(cell), Eigen::Index{0}, nodes - 1);
+    return std::clamp(static_cast<Eigen::Index>(cell), least, nodes - 1);
   };
   const Eigen::Matrix3Xd turning = SmoothedTurning(curve.turning, options.smoothing);
   double hole = -layout.base_z;  // place of hole i on the rod, m
@@ -70,7 +72,12 @@ RestCurvature RestCurvatureOf(const TentacleLayout& layout, const TendonCurve& c
     for (Eigen::Index m = first; m <= last; ++m) {
       const double edge = (static_cast<double>(m) + 1.5) * rest.element_length;
       const double share = m == last ? 1 : (edge - begin) / (end - begin);
-      rest.curvature.col(m) += (factor * (share - given) / rest.element_length) * turning.col(i - 1);
+      const Eigen::Vector3d part = (factor * (share - given) / rest.element_length) * turning.col(i - 1);
+      if (m < 0) {
+        rest.base += 2 * part;
+      } else {
+        rest.curvature.col(m) += part;
+      }
       given = share;
     }
   }

@@ -19,6 +19,8 @@ struct RestCurvatureOptions {
   int elements = 100;
   double smoothing = 2;  // standard deviation of the Gaussian, in holes; 0: none
   CurvatureMap map = CurvatureMap::kTurning;
+  // Half an element at the base bends too (EndHold::kFrame); else its turning is the first node's.
+  bool bends_at_base = false;
 };
 
 // A rod as long as the sheet's cut length, its elements equally long; beyond the first and last hole
@@ -26,13 +28,16 @@ struct RestCurvatureOptions {
 struct RestCurvature {
   Eigen::Matrix3Xd curvature;  // d1, d2, d3 components at the inner nodes, 1/m           (3, elements - 1)
   double element_length = 0;   // m; curvature * element_length is a node's turning, rad
+  Eigen::Vector3d base =
+      Eigen::Vector3d::Zero();  // of the half element at the base, 1/m; 0 where it is stiff
 };
 
 // Smooths a sequence over its index with a Gaussian of the given standard deviation (in entries); the ends
 // are mirrored, so each row keeps its sum.
 Eigen::Matrix3Xd SmoothedTurning(const Eigen::Ref<const Eigen::Matrix3Xd>& turning, double deviation);
 
-// Turning is moved, never made or lost: under kTurning and kMaterial the nodes' turnings sum to the holes'.
+// Turning is moved, never made or lost: under kTurning and kMaterial the turnings of nodes and base sum
+// to the holes'.
 // A hole's turning is spread over its cell of the curve (half of either segment); a tendon drawn to length 0
 // has no arc length and is laid on by kMaterial.
 //   options  elements >= 2, smoothing >= 0 (TENDRIL_CHECK)

@@ -234,4 +234,38 @@ Eigen::Vector3d ContactList::ForceOnBody(std::size_t body) const {
   return force;
 }
 
+std::vector<double> ContactList::Save() const {
+  std::vector<double> saved{least_distance_,
+                            least_share_,
+                            longest_move_,
+                            last_least_,
+                            static_cast<double>(lists_),
+                            nothing_passed_ ? 1.0 : 0.0,
+                            started_ ? 1.0 : 0.0};
+  for (std::size_t r = 0; r < rods_; ++r) {
+    for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
+      saved.push_back(nodes_[static_cast<std::size_t>(strands_[r].lane + kRodLanes * i)]);
+    }
+  }
+  return saved;
+}
+
+void ContactList::Restore(std::span<const double> saved) {
+  TENDRIL_CHECK(saved.size() == Save().size());
+  least_distance_ = saved[0];
+  least_share_ = saved[1];
+  longest_move_ = saved[2];
+  last_least_ = saved[3];
+  lists_ = static_cast<long>(saved[4]);
+  nothing_passed_ = saved[5] != 0;
+  started_ = saved[6] != 0;
+  std::size_t from = 7;
+  for (std::size_t r = 0; r < rods_; ++r) {
+    for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
+      nodes_[static_cast<std::size_t>(strands_[r].lane + kRodLanes * i)] = saved[from++];
+    }
+  }
+  ForgetList();
+}
+
 }  // namespace tendril

@@ -49,6 +49,9 @@ class ContactList {
   // The next Find makes both lists from nothing: what it and those after it find depends, to the bit, on
   // what is put from now on alone (not so the numbers below).
   void ForgetList() { forgotten_ = true; }
+  // What a run goes on from after ForgetList, in numbers.
+  std::vector<double> Save() const;
+  void Restore(std::span<const double> saved);
 
   // Since the start: the least distance of what pressed (of axes, or of centres with kHertzCenters), m, and
   // as a share of their radii's sum (infinite: nothing touched); the farthest that a node went between two

@@ -70,8 +70,12 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
   at.bend = room(2 * (n - 1));
   at.rest_strain = room(3 * n);
   at.rest_curvature = room(3 * (n - 1));
-  at.mobile = room(1);
-  at.keep = room(1);
+  at.mobile = room(4);
+  at.damped = room(2);
+  at.end_turn = room(8);
+  at.end_bend = room(8);
+  at.end_curvature = room(6);
+  at.tip_couple = room(3);
   lanes.memory_.assign(end, S(0));
 
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
@@ -82,7 +86,22 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
     const auto put3 = [&](size_t from, size_t row, const Eigen::Vector3d& v) {
       for (size_t k = 0; k < 3; ++k) put(from, 3 * row + k, v[static_cast<Eigen::Index>(k)]);
     };
-    put(at.mobile, 0, rod.clamped ? 0 : 1);
+    put(at.mobile, 0, rod.base.hold == EndHold::kFree ? 1 : 0);
+    put(at.mobile, 1, rod.base.hold == EndHold::kElement ? 0 : 1);
+    put(at.mobile, 2, rod.tip.hold == EndHold::kFree ? 1 : 0);
+    put(at.mobile, 3, rod.tip.hold == EndHold::kElement ? 0 : 1);
+    for (size_t e = 0; e < 2; ++e) {
+      const RodEnd& rod_end = e == 0 ? rod.base : rod.tip;
+      const bool held = rod_end.hold == EndHold::kFrame;
+      if (held) lanes.SetEndFrame(e, lane, rod_end.hold, rod_end.frame);
+      lanes.SetEndCurvature(e, lane, rod_end.rest_curvature);
+      put(at.end_bend, 4 * e, held ? rod_end.bend_stiffness.x() : 0);
+      put(at.end_bend, 4 * e + 1, held ? rod_end.bend_stiffness.z() : 0);
+      const double half = 0.5 * (e == 0 ? rod.rest_length[0] : rod.rest_length[rod.elements() - 1]);
+      put(at.end_bend, 4 * e + 2, half);
+      put(at.end_bend, 4 * e + 3, 1 / half);
+    }
+    put3(at.tip_couple, 0, rod.tip_couple);
     for (size_t i = 0; i <= n; ++i) {
       const auto e = static_cast<Eigen::Index>(i);
       put3(at.position, i, rod.position.col(e));
@@ -131,10 +150,33 @@ rod_kernel::Job<S> LaneRods<S>::MakeJob() {
   job.rest_strain = at(at_.rest_strain);
   job.rest_curvature = at(at_.rest_curvature);
   job.mobile = at(at_.mobile);
-  job.keep = at(at_.keep);
+  job.damped = at(at_.damped);
+  job.end_turn = at(at_.end_turn);
+  job.end_bend = at(at_.end_bend);
+  job.end_curvature = at(at_.end_curvature);
+  job.tip_couple = at(at_.tip_couple);
   job.turned_too_far = trouble_.turned_too_far;
   job.not_finite = trouble_.not_finite;
   return job;
+}
+
+template <class S>
+void LaneRods<S>::SetEndFrame(size_t end, size_t lane, EndHold hold, const Eigen::Matrix3d& frame) {
+  if (hold == EndHold::kFree) return;
+  const size_t element = end == 0 ? 0 : static_cast<size_t>(elements_) - 1;
+  const size_t from =
+      hold == EndHold::kFrame ? at_.end_turn + 4 * end * kRodLanes : at_.turn + 4 * element * kRodLanes;
+  const Eigen::Quaterniond q(Eigen::Matrix3d(frame.transpose()));
+  const double turn[] = {q.w(), q.x(), q.y(), q.z()};
+  for (size_t k = 0; k < 4; ++k) memory_[from + k * kRodLanes + lane] = static_cast<S>(turn[k]);
+}
+
+template <class S>
+void LaneRods<S>::SetEndCurvature(size_t end, size_t lane, const Eigen::Vector3d& curvature) {
+  for (size_t k = 0; k < 3; ++k) {
+    memory_[at_.end_curvature + (3 * end + k) * kRodLanes + lane] =
+        static_cast<S>(curvature[static_cast<Eigen::Index>(k)]);
+  }
 }
 
 template <class S>
@@ -154,12 +196,13 @@ template <class S>
 void LaneRods<S>::Kick(const PlainOptions& options, bool with_forces) {
   TENDRIL_CHECK(options.form == form_);
   rod_kernel::Job<S> job = MakeJob();
-  job.time_step = static_cast<S>(options.time_step);
   for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
   if (with_forces) job.force = memory_.data() + at_.force;
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
     const double damping = damping_.empty() ? options.damping : damping_[lane < damping_.size() ? lane : 0];
-    memory_[at_.keep + lane] = static_cast<S>(std::exp(-damping * options.time_step));
+    const DampedKick kick = KickOf(form_, options.time_step, damping);
+    memory_[at_.damped + lane] = static_cast<S>(kick.keep);
+    memory_[at_.damped + kRodLanes + lane] = static_cast<S>(kick.gain);
   }
   KernelsOfThisMachine<S>().kick(job);
   trouble_ = {job.turned_too_far, job.not_finite};

@@ -55,15 +55,23 @@ class LaneRods {
   // Damping of each rod, 1/s, instead of the options'.
   void SetDamping(std::span<const double> damping);
 
+  // At an end (0: base, 1: tip) that is held: the directors, and the rest curvature of the half element
+  // there.
+  void SetEndFrame(size_t end, size_t lane, EndHold hold, const Eigen::Matrix3d& frame);
+  void SetEndCurvature(size_t end, size_t lane, const Eigen::Vector3d& curvature);
+
   // Back into the rods they came from: positions, velocities, directors, spins.
   void Store(std::span<Rod> rods) const;
 
   int rods() const { return rods_; }
   int elements() const { return elements_; }
+  // All that a step changes or reads: with it another batch of the same rods goes on to the same bytes.
+  std::span<S> memory() { return memory_; }
   std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
   std::span<S> velocities() { return Part(at_.velocity, 3 * (elements_ + 1)); }
   std::span<S> forces() { return Part(at_.force, 3 * (elements_ + 1)); }
   std::span<S> rest_strains() { return Part(at_.rest_strain, 3 * elements_); }
+  std::span<S> tip_couples() { return Part(at_.tip_couple, 3); }
   std::span<S> rest_curvatures() { return Part(at_.rest_curvature, 3 * (elements_ - 1)); }
 
  private:
@@ -73,7 +81,7 @@ class LaneRods {
   // Places in `memory_`.
   struct Places {
     size_t position, velocity, turn, spin, force, inverse_mass, rest_length, shear, inertia, bend,
-        rest_strain, rest_curvature, mobile, keep;
+        rest_strain, rest_curvature, mobile, damped, end_turn, end_bend, end_curvature, tip_couple;
   };
   rod_kernel::Job<S> MakeJob();
   void Kick(const PlainOptions& options, bool with_forces);

@@ -167,9 +167,41 @@ struct Kernel {
     }
   }
 
+  // On the frame before, and on the one behind, that a turning lies between.
+  struct Couples {
+    Vector before, behind;
+  };
+  static TENDRIL_INLINE Couples CouplesOf(const Vector& turning, const Vector& moment) {
+    const Vector across = Cross(turning, moment);
+    const Vector more = Times(InverseJacobianFactor(Dot(turning, turning)), Cross(turning, across));
+    const Vector straight = Add(moment, more), half = Times(All(S(0.5)), across);
+    return {Add(half, straight), Sub(half, straight)};
+  }
+
+  // Between an end element and the held directors at its end.
+  static TENDRIL_INLINE Couples EndCouples(const Job<S>& job, int end, const Quaternion& turn,
+                                           Real& largest) {
+    const Quaternion held = GetTurn(job.end_turn + 32 * end);
+    const Quaternion before = end == 0 ? held : turn, behind = end == 0 ? turn : held;
+    Real tau2;
+    const Vector turning = Log(Product({before.w, -before.x, -before.y, -before.z}, behind), tau2);
+    const S* const bend = job.end_bend + 32 * end;
+    const Real stiff = Get(bend), twist = Get(bend + 8), inverse = Get(bend + 24);
+    const Mask is_held = stiff > 0;
+    largest = is_held & (tau2 > largest) ? tau2 : largest;
+    const Vector rest = GetVector(job.end_curvature + 24 * end);
+    const Couples pair =
+        CouplesOf(turning, {stiff * (turning.x * inverse - rest.x), stiff * (turning.y * inverse - rest.y),
+                            twist * (turning.z * inverse - rest.z)});
+    // Where nothing is held, what lies between means nothing and may be beyond the polynomials.
+    const Real none = Real{};
+    return {{is_held ? pair.before.x : none, is_held ? pair.before.y : none, is_held ? pair.before.z : none},
+            {is_held ? pair.behind.x : none, is_held ? pair.behind.y : none, is_held ? pair.behind.z : none}};
+  }
+
   template <bool kEnergy>
   static TENDRIL_INLINE void KickGroup(Job<S>& job) {
-    const Real dt = All(job.time_step), keep = Get(job.keep);
+    const Real keep = Get(job.damped), gain = Get(job.damped + 8);
     const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
     Real largest = Real{}, sum = Real{};
 
@@ -184,21 +216,23 @@ struct Kernel {
       Vector force = internal;
       if (job.force != nullptr) force = Add(force, GetVector(job.force + 24 * i));
       const Vector rate = PlusTimes(gravity, Get(job.inverse_mass + 8 * i), force);
-      const Vector v = Times(keep * mobile, PlusTimes(velocity, dt, rate));
+      const Vector v = Times(mobile, PlusTimes(Times(keep, velocity), gain, rate));
       PutVector(job.velocity + 24 * i, v);
       sum += v.x + v.y + v.z;
     };
     const auto kick_element = [&](int i, const Vector& couple, Real mobile) __attribute__((always_inline)) {
       const S* const inertia = job.inertia + 32 * i;
-      const Real step = kEnergy ? dt : dt * before_stretch;
-      const Real a = step * Get(inertia + 16), b = step * Get(inertia + 24), share = keep * mobile;
-      const Vector w{share * (before_spin.x + a * couple.x), share * (before_spin.y + a * couple.y),
-                     share * (before_spin.z + b * couple.z)};
+      const Real step = kEnergy ? gain : gain * before_stretch;
+      const Real a = step * Get(inertia + 16), b = step * Get(inertia + 24);
+      const Vector w{mobile * (keep * before_spin.x + a * couple.x),
+                     mobile * (keep * before_spin.y + a * couple.y),
+                     mobile * (keep * before_spin.z + b * couple.z)};
       PutVector(job.spin + 24 * i, w);
       sum += w.x + w.y + w.z;
     };
 
-    const Real one = All(1), mobile_first = Get(job.mobile);
+    const Real one = All(1), first_node = Get(job.mobile), first_element = Get(job.mobile + 8);
+    const Real last_node = Get(job.mobile + 16), last_element = Get(job.mobile + 24);
     for (int i = 0; i < job.elements; ++i) {
       const Vector next = GetVector(job.position + 24 * (i + 1));
       const Vector next_velocity = GetVector(job.velocity + 24 * (i + 1));
@@ -232,8 +266,9 @@ struct Kernel {
         couple.z += lengthens * j3 * spin.z;
       }
       const Vector force = ToLab(turn, pull);
-      kick_node(i, Sub(force, carried), i == 0 ? mobile_first : one);
+      kick_node(i, Sub(force, carried), i == 0 ? first_node : one);
       carried = force;
+      if (kEnergy && i == 0) couple = Add(couple, EndCouples(job, 0, turn, largest).behind);
       // Bend and twist at the node between the element before and this one.
       if (i > 0) {
         const Quaternion inverse{before_turn.w, -before_turn.x, -before_turn.y, -before_turn.z};
@@ -247,11 +282,9 @@ struct Kernel {
                       bend * (turning.y * inverse_voronoi - rest_curvature.y),
                       twist * (turning.z * inverse_voronoi - rest_curvature.z)};
         if (kEnergy) {
-          const Vector across = Cross(turning, moment);
-          const Vector more = Times(InverseJacobianFactor(Dot(turning, turning)), Cross(turning, across));
-          const Vector straight = Add(moment, more);
-          before_couple = Add(PlusTimes(before_couple, All(S(0.5)), across), straight);
-          couple = Sub(PlusTimes(couple, All(S(0.5)), across), straight);
+          const Couples pair = CouplesOf(turning, moment);
+          before_couple = Add(before_couple, pair.before);
+          couple = Add(couple, pair.behind);
         } else {
           const Real ratio = 2 * voronoi / (before_length + length);
           moment = Times(ratio * ratio * ratio, moment);
@@ -259,7 +292,7 @@ struct Kernel {
           before_couple = Add(PlusTimes(before_couple, All(S(0.5)), across), moment);
           couple = Sub(PlusTimes(couple, All(S(0.5)), across), moment);
         }
-        kick_element(i - 1, before_couple, i == 1 ? mobile_first : one);
+        kick_element(i - 1, before_couple, i == 1 ? first_element : one);
       }
       before_turn = turn;
       before_couple = couple;
@@ -270,8 +303,10 @@ struct Kernel {
       node = next;
       velocity = next_velocity;
     }
-    kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, one);
-    kick_element(job.elements - 1, before_couple, one);
+    kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, last_node);
+    before_couple = Add(before_couple, GetVector(job.tip_couple));
+    if (kEnergy) before_couple = Add(before_couple, EndCouples(job, 1, before_turn, largest).before);
+    kick_element(job.elements - 1, before_couple, last_element);
     for (int k = 0; k < Types<S>::kWidth; ++k) {
       if (!(largest[k] <= S(0.2))) job.turned_too_far = true;
       if (!(sum[k] * 0 == 0)) job.not_finite = true;
@@ -297,7 +332,11 @@ struct Kernel {
       job.rest_strain += first;
       job.rest_curvature += first;
       job.mobile += first;
-      job.keep += first;
+      job.damped += first;
+      job.end_turn += first;
+      job.end_bend += first;
+      job.end_curvature += first;
+      job.tip_couple += first;
     }
     TENDRIL_INLINE ~Group() {
       whole.turned_too_far = whole.turned_too_far || job.turned_too_far;

@@ -7,30 +7,34 @@ template <class S>
 struct Job {
   int elements;
   bool energy_form;
-  S time_step;
   S gravity[3];  // m/s^2
   // [node or element][component][8]
-  S* position;                      // 3, nodes
-  S* velocity;                      // 3, nodes
-  S* turn;                          // w, x, y, z of lab_from_body, elements
-  S* spin;                          // 3, elements
-  const S* force;                   // 3, nodes; null: none
-  const S* inverse_mass;            // nodes
-  const S* rest_length;             // l and 1 / l, elements
-  const S* shear;                   // along d1 and d2; along d3
-  const S* inertia;                 // about d1 and d2, about d3, and their inverses
-  const S* bend;                    // about d1 and d2, about d3; inner nodes
-  const S* rest_strain;             // 3, elements
-  const S* rest_curvature;          // 3, inner nodes
-  const S* mobile;                  // node 0 and element 0: 1, or 0 where clamped
-  const S* keep;                    // share of velocity and spin that damping leaves in a step
+  S* position;              // 3, nodes
+  S* velocity;              // 3, nodes
+  S* turn;                  // w, x, y, z of lab_from_body, elements
+  S* spin;                  // 3, elements
+  const S* force;           // 3, nodes; null: none
+  const S* inverse_mass;    // nodes
+  const S* rest_length;     // l and 1 / l, elements
+  const S* shear;           // along d1 and d2; along d3
+  const S* inertia;         // about d1 and d2, about d3, and their inverses
+  const S* bend;            // about d1 and d2, about d3; inner nodes
+  const S* rest_strain;     // 3, elements
+  const S* rest_curvature;  // 3, inner nodes
+  const S* mobile;          // node 0, element 0, node N, element N-1: 1, or 0 where held
+  const S* damped;          // keep and gain of a kick (DampedKick)
+  // Of the base, then of the tip, where the very end's directors are held; else stiffnesses of 0.
+  const S* end_turn;       // w, x, y, z
+  const S* end_bend;       // about d1 and d2, about d3, half the end element's length and its inverse
+  const S* end_curvature;  // 3, at rest
+  const S* tip_couple;     // 3, on the last element
   bool turned_too_far, not_finite;  // out; never reset
 };
 
 // x += time v, directors turn for `time`.
 template <class S>
 using Drift = void (*)(Job<S>&, S time);
-// Loads of the present positions, then velocities and spins.
+// Loads of the present positions, then velocities and spins; damped kicks take the place of time steps.
 template <class S>
 using Kick = void (*)(Job<S>&);
 

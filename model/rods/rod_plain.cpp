@@ -35,27 +35,50 @@ void AddShear(const Rod& rod, RodForm form, Matrix3Xd& force, Matrix3Xd& couple)
   }
 }
 
+// Couples of bend and twist between two frames that are `rest` apart: on the first, and on the second.
+struct BendCouples {
+  Vector3d before, behind;
+};
+
+BendCouples CouplesOf(const Vector3d& curvature, const Vector3d& rest_curvature, const Vector3d& stiffness,
+                      double rest) {
+  const Vector3d turning = rest * curvature;
+  const Vector3d moment = stiffness.cwiseProduct(Vector3d(curvature - rest_curvature));
+  const Vector3d half = 0.5 * turning.cross(moment);
+  const Vector3d rest_of_it =
+      InverseJacobianFactor(turning.norm()) * turning.cross(Vector3d(turning.cross(moment)));
+  return {moment + half + rest_of_it, half - moment - rest_of_it};
+}
+
 void AddBend(const Rod& rod, RodForm form, Matrix3Xd& couple) {
   for (Index i = 0; i + 1 < rod.elements(); ++i) {
     const double rest = RestVoronoi(rod, i);
     const Vector3d curvature = CurvatureOf(rod, i);
-    const Vector3d turning = rest * curvature;
-    const Vector3d moment =
-        rod.bend_stiffness.col(i).cwiseProduct(Vector3d(curvature - rod.rest_curvature.col(i)));
     if (form == RodForm::kPaper) {
+      const Vector3d moment =
+          rod.bend_stiffness.col(i).cwiseProduct(Vector3d(curvature - rod.rest_curvature.col(i)));
       const double present = 0.5 * ((rod.position.col(i + 1) - rod.position.col(i)).norm() +
                                     (rod.position.col(i + 2) - rod.position.col(i + 1)).norm());
       const double share = std::pow(rest / present, 3);
-      const Vector3d half = 0.5 * share * turning.cross(moment);
+      const Vector3d half = 0.5 * share * rest * curvature.cross(moment);
       couple.col(i) += share * moment + half;
       couple.col(i + 1) += half - share * moment;
       continue;
     }
-    const Vector3d half = 0.5 * turning.cross(moment);
-    const Vector3d rest_of_it =
-        InverseJacobianFactor(turning.norm()) * turning.cross(Vector3d(turning.cross(moment)));
-    couple.col(i) += moment + half + rest_of_it;
-    couple.col(i + 1) += half - moment - rest_of_it;
+    const BendCouples pair = CouplesOf(curvature, rod.rest_curvature.col(i), rod.bend_stiffness.col(i), rest);
+    couple.col(i) += pair.before;
+    couple.col(i + 1) += pair.behind;
+  }
+  const Index last = rod.elements() - 1;
+  if (rod.base.hold == EndHold::kFrame) {
+    couple.col(0) += CouplesOf(BaseCurvature(rod), rod.base.rest_curvature, rod.base.bend_stiffness,
+                               0.5 * rod.rest_length[0])
+                         .behind;
+  }
+  if (rod.tip.hold == EndHold::kFrame) {
+    couple.col(last) += CouplesOf(TipCurvature(rod), rod.tip.rest_curvature, rod.tip.bend_stiffness,
+                                  0.5 * rod.rest_length[last])
+                            .before;
   }
 }
 
@@ -81,47 +104,6 @@ void TurnFreely(Eigen::Matrix3d& q, Eigen::Ref<Vector3d> spin, const Vector3d& i
   spin = about_d3 * spin;
 }
 
-void Drift(Rod& rod, RodForm form, double time_step) {
-  const Vector3d base = rod.position.col(0);
-  const Eigen::Matrix3d frame = rod.directors.front();
-  rod.position += time_step * rod.velocity;
-  for (Index i = 0; i < rod.elements(); ++i) {
-    Eigen::Matrix3d& q = rod.directors[static_cast<std::size_t>(i)];
-    if (form == RodForm::kPaper) {
-      q = ExpSo3(-time_step * rod.spin.col(i)) * q;
-    } else {
-      TurnFreely(q, rod.spin.col(i), rod.inertia.col(i), time_step);
-    }
-  }
-  if (rod.clamped) {
-    rod.position.col(0) = base;
-    rod.directors.front() = frame;
-  }
-}
-
-void Kick(Rod& rod, const PlainOptions& options, const Matrix3Xd& force, const Matrix3Xd& couple) {
-  const double dt = options.time_step;
-  for (Index i = 0; i < rod.mass.size(); ++i) {
-    rod.velocity.col(i) += dt * (force.col(i) / rod.mass[i] + options.gravity);
-  }
-  for (Index i = 0; i < rod.elements(); ++i) {
-    double stretch = 1;
-    if (options.form == RodForm::kPaper) {
-      stretch = (rod.position.col(i + 1) - rod.position.col(i)).norm() / rod.rest_length[i];
-    }
-    rod.spin.col(i) += dt * stretch * couple.col(i).cwiseQuotient(rod.inertia.col(i));
-  }
-  if (rod.clamped) {
-    rod.velocity.col(0).setZero();
-    rod.spin.col(0).setZero();
-  }
-  if (options.damping != 0) {
-    const double keep = std::exp(-options.damping * dt);
-    rod.velocity *= keep;
-    rod.spin *= keep;
-  }
-}
-
 }  // namespace
 
 void InternalLoads(const Rod& rod, RodForm form, Matrix3Xd& force, Matrix3Xd& couple) {
@@ -132,16 +114,64 @@ void InternalLoads(const Rod& rod, RodForm form, Matrix3Xd& force, Matrix3Xd& co
   if (form == RodForm::kPaper) AddSpinTerms(rod, couple);
 }
 
+DampedKick KickOf(RodForm form, double time_step, double damping) {
+  const double keep = std::exp(-damping * time_step);
+  if (form == RodForm::kPaper) return {keep, keep * time_step};
+  return {keep, damping > 0 ? -std::expm1(-damping * time_step) / damping : time_step};
+}
+
+void DriftPlain(Rod& rod, RodForm form, double time) {
+  const Index last = rod.elements();
+  const Vector3d base = rod.position.col(0), tip = rod.position.col(last);
+  const Eigen::Matrix3d base_frame = rod.directors.front(), tip_frame = rod.directors.back();
+  rod.position += time * rod.velocity;
+  for (Index i = 0; i < last; ++i) {
+    Eigen::Matrix3d& q = rod.directors[static_cast<std::size_t>(i)];
+    if (form == RodForm::kPaper) {
+      q = ExpSo3(-time * rod.spin.col(i)) * q;
+    } else {
+      TurnFreely(q, rod.spin.col(i), rod.inertia.col(i), time);
+    }
+  }
+  if (rod.base.hold != EndHold::kFree) rod.position.col(0) = base;
+  if (rod.base.hold == EndHold::kElement) rod.directors.front() = base_frame;
+  if (rod.tip.hold != EndHold::kFree) rod.position.col(last) = tip;
+  if (rod.tip.hold == EndHold::kElement) rod.directors.back() = tip_frame;
+}
+
+void KickPlain(Rod& rod, const PlainOptions& options, const Matrix3Xd& outside) {
+  const Index last = rod.elements();
+  Matrix3Xd force, couple;
+  InternalLoads(rod, options.form, force, couple);
+  force += outside;
+  couple.col(last - 1) += rod.tip_couple;
+  const DampedKick kick = KickOf(options.form, options.time_step, options.damping);
+  for (Index i = 0; i < rod.mass.size(); ++i) {
+    rod.velocity.col(i) =
+        kick.keep * rod.velocity.col(i) + kick.gain * (force.col(i) / rod.mass[i] + options.gravity);
+  }
+  for (Index i = 0; i < rod.elements(); ++i) {
+    double stretch = 1;
+    if (options.form == RodForm::kPaper) {
+      stretch = (rod.position.col(i + 1) - rod.position.col(i)).norm() / rod.rest_length[i];
+    }
+    rod.spin.col(i) =
+        kick.keep * rod.spin.col(i) + kick.gain * stretch * couple.col(i).cwiseQuotient(rod.inertia.col(i));
+  }
+  if (rod.base.hold != EndHold::kFree) rod.velocity.col(0).setZero();
+  if (rod.base.hold == EndHold::kElement) rod.spin.col(0).setZero();
+  if (rod.tip.hold != EndHold::kFree) rod.velocity.col(last).setZero();
+  if (rod.tip.hold == EndHold::kElement) rod.spin.col(last - 1).setZero();
+}
+
 void StepPlain(std::span<Rod> rods, double time, const PlainOptions& options, const MiddleOfStep& at_middle) {
-  for (Rod& rod : rods) Drift(rod, options.form, 0.5 * options.time_step);
+  for (Rod& rod : rods) DriftPlain(rod, options.form, 0.5 * options.time_step);
   std::vector<Matrix3Xd> outside(rods.size());
   for (std::size_t r = 0; r < rods.size(); ++r) outside[r].setZero(3, rods[r].elements() + 1);
   if (at_middle) at_middle(time + 0.5 * options.time_step, rods, outside);
-  Matrix3Xd force, couple;
   for (std::size_t r = 0; r < rods.size(); ++r) {
-    InternalLoads(rods[r], options.form, force, couple);
-    Kick(rods[r], options, force + outside[r], couple);
-    Drift(rods[r], options.form, 0.5 * options.time_step);
+    KickPlain(rods[r], options, outside[r]);
+    DriftPlain(rods[r], options.form, 0.5 * options.time_step);
   }
 }
 

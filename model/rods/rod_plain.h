@@ -29,6 +29,20 @@ struct PlainOptions {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s^2
 };
 
+// The parts of a step, for rods whose forces depend on rods elsewhere: half a drift, forces, kick, half a
+// drift. What is held stays where it is.
+//   outside  forces on nodes, N                                                             (3, N+1)
+void DriftPlain(Rod& rod, RodForm form, double time);
+void KickPlain(Rod& rod, const PlainOptions& options, const Eigen::Matrix3Xd& outside);
+
+// Velocity and spin after a kick of rate a: keep * (their value) + gain * a. kPaper: damping after the kick,
+// as published; kEnergy: as a constant rate and damping would have it together, exactly.
+struct DampedKick {
+  double keep = 1;
+  double gain = 0;  // s
+};
+DampedKick KickOf(RodForm form, double time_step, double damping);
+
 // One step of position Verlet, in place; all rods together.
 //   time       at the step's start, s
 //   at_middle  called at time + time_step / 2 with positions and directors of that moment: sets rest strains

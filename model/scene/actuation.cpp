@@ -26,8 +26,8 @@ double UniformDraw(std::uint64_t seed, std::uint64_t trial, std::uint64_t tentac
   return static_cast<double>(hash >> 11) * 0x1p-53;
 }
 
-Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, std::uint64_t seed,
-                                                  std::uint64_t trial, int tentacle) {
+Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, bool bends_at_base,
+                                                  std::uint64_t seed, std::uint64_t trial, int tentacle) {
   const auto draw = [&](std::uint64_t which) {
     return UniformDraw(seed, trial, static_cast<std::uint64_t>(tentacle), which);
   };
@@ -43,10 +43,12 @@ Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, s
     if (!fold.ok()) return fold.error();
     const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
     const TendonCurve curve = TendonCurveOf(layout.value(), chain, fold.value().angle);
-    actuation.table_.push_back(
-        RestCurvatureOf(layout.value(), curve,
-                        {.elements = gripper.rod.elements, .map = gripper.curvature_map})
-            .curvature);
+    const RestCurvature rest = RestCurvatureOf(
+        layout.value(), curve,
+        {.elements = gripper.rod.elements, .map = gripper.curvature_map, .bends_at_base = bends_at_base});
+    Eigen::Matrix3Xd& entry = actuation.table_.emplace_back(3, gripper.rod.elements);
+    entry.col(0) = rest.base;
+    entry.rightCols(gripper.rod.elements - 1) = rest.curvature;
   }
   return actuation;
 }
@@ -55,15 +57,15 @@ double TentacleActuation::PullAt(double time) const {
   return std::clamp(rate_ * (time - delay_), 0.0, pull_);
 }
 
+double TentacleActuation::PullRateAt(double time) const {
+  const double pulled = rate_ * (time - delay_);
+  return pulled > 0 && pulled < pull_ ? rate_ : 0;
+}
+
 TentacleActuation::Place TentacleActuation::PlaceOf(double pull) const {
   const double place = pull_ > 0 ? pull / pull_ * kTable : 0;
   const auto entry = std::min(static_cast<std::size_t>(place), table_.size() - 2);
   return {entry, place - static_cast<double>(entry)};
-}
-
-void TentacleActuation::RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const {
-  const auto [entry, share] = PlaceOf(pull);
-  curvature = (1 - share) * table_[entry] + share * table_[entry + 1];
 }
 
 }  // namespace tendril

@@ -18,21 +18,22 @@ class TentacleActuation {
  public:
   // Rest curvatures are tabulated over the pull; between entries they are interpolated linearly.
   //   errors  as LayOut and SolveFold
-  static Result<TentacleActuation> Make(const SceneGripper& gripper, std::uint64_t seed, std::uint64_t trial,
-                                        int tentacle);
+  //   bends_at_base  as RestCurvatureOptions says
+  static Result<TentacleActuation> Make(const SceneGripper& gripper, bool bends_at_base, std::uint64_t seed,
+                                        std::uint64_t trial, int tentacle);
 
   double PullAt(double time) const;
+  double PullRateAt(double time) const;  // 1/s
 
-  // At the inner nodes of the rod, 1/m.                                                  (3, elements - 1)
-  void RestCurvature(double pull, Eigen::Matrix3Xd& curvature) const;
-
-  // The same as a place in the table: (1 - share) Entry(entry) + share Entry(entry + 1).
+  // The rest curvature at a pull as a place in the table: (1 - share) Entry(entry) + share Entry(entry + 1).
+  // An entry: of the half element at the base, then at the inner nodes, 1/m              (3, elements)
   struct Place {
     std::size_t entry = 0;
     double share = 0;
   };
   Place PlaceOf(double pull) const;
   const Eigen::Matrix3Xd& Entry(std::size_t entry) const { return table_[entry]; }
+  std::size_t entries() const { return table_.size(); }
 
  private:
   double pull_ = 0, rate_ = 0, delay_ = 0;

@@ -18,19 +18,30 @@ namespace tendril {
 
 enum class SimulationLevel {
   kPaper,     // the published form at 20 us
-  kStandard,  // loads that are an energy's gradient, at 0.7 of the stable step
+  kStandard,  // loads that are an energy's gradient, at a share of the stable step
+  kFast,      // as standard, heavier against acceleration where damping rules, for longer steps
+  kStatic,    // equilibria without contact, one after the other as the drives change
+};
+
+// A held end moves from one time to another; its spin turns the frame that is held, about the end itself.
+struct EndMotion {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s, lab
+  double from = 0, until = 0;                          // s
 };
 
 // A plain rod, for mechanics.
 struct SceneRod {
   std::string name;
-  RodDesign design;
+  RodDesign design;  // of its ends counts whether they are held; the level says how
   Eigen::Vector3d rest_curvature = Eigen::Vector3d::Zero();  // 1/m, reached at the ramp's end
   double ramp_start = 0, ramp_end = 0;                       // s
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();        // of all nodes at the start, m/s
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // about the centre of mass at the start, rad/s
   double damping = 0;                                        // 1/s
   Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();       // N
+  Eigen::Vector3d tip_couple = Eigen::Vector3d::Zero();      // N m, in the last element's axes
+  EndMotion base_motion, tip_motion;                         // of ends that are held
 };
 
 enum class Shortening {
@@ -39,6 +50,7 @@ enum class Shortening {
 };
 
 struct SceneGripper {
+  std::string design_name;
   TentacleDesign design;
   Gripper gripper;
   CurvatureMap curvature_map = CurvatureMap::kTurning;

@@ -2,44 +2,25 @@
 // A scene, stepped: rods that bend to their rest shapes, touch each other and a fixed object.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "model/geometry/framed_curve.h"
 #include "model/progress.h"
 #include "model/result.h"
+#include "model/scene/plan.h"
 #include "model/scene/scene.h"
+#include "model/scene/watchdog.h"
 
 namespace tendril {
 
-// A part of the physics, whether this scene requires it, and the estimate by which that was told.
-struct PlanTerm {
-  std::string name;
-  bool on = false;
-  std::string why;
-};
-
-struct SimulationPlan {
-  double time_step = 0;  // s, the largest taken
-  std::string step_why;
-  bool rod_contact = false, self_contact = false, object_contact = false;
-  bool plain = false;  // step in the plain form, hundreds of times slower: to check the fast one
-  std::vector<PlanTerm> terms;
-};
-
-// What the scene requires. Contact is left out only where nothing can meet: rods farther apart than they are
-// long.
-//   full    everything on
-//   errors  as MakeRod, LayOut, SolveFold
-Result<SimulationPlan> PlanScene(const Scene& scene, bool full = false);
-
 struct Simulated {
-  std::vector<CurveSeries> curves;  // a rod each, at the times asked for and reached
-  std::int64_t steps = 0;
-  bool stopped = false;  // the progress said so; curves up to there
-  std::string diverged;  // why, when and which rods; empty: it did not. Curves up to there
+  std::vector<CurveSeries> curves;     // a rod each, at the times asked for and reached
+  std::int64_t steps = 0;              // made in all; of kStatic: equilibria found
+  bool stopped = false;                // the progress said so; curves up to there
+  std::optional<Divergence> diverged;  // curves up to there
   // Of elements that touched, over all steps: the least distance of their axes, m, and as a share of their
   // radii's sum (infinite: nothing touched); the farthest that a node went in a step, m; whether these show
   // that no body passed through another (contact_list.h).
@@ -49,11 +30,31 @@ struct Simulated {
   std::optional<bool> nothing_passed;
 };
 
-// Steps from 0 to the last of `times` (s, ascending), which are met exactly: steps between two of them are
-// equal and at most the plan's.
+// A run that was interrupted, whole: from it the same scene goes on to the same bytes.
+struct SimulationState {
+  std::vector<double> numbers;
+  std::vector<CurveSeries> curves;  // up to there
+};
+
+struct SimulateHooks {
+  Progress progress{};
+  // Called after each kBlock steps, also after a stop was asked for, with a function that makes the state.
+  std::function<void(const std::function<SimulationState()>&)> keep{};
+  const SimulationState* resume_from = nullptr;
+};
+
+// Steps after which a run looks at its energy and forgets its contact lists, so that a resumed run goes on to
+// the same bytes.
+inline constexpr std::int64_t kBlock = 1000;
+
+// Steps from 0 to the scene's duration in equal steps, at most the plan's, whatever is asked for.
+//   times   s, ascending, from 0 to the duration: where curves are wanted. Between two kicks the scheme's
+//   path
+//           is straight, so these are the scheme's own
 //   trial   counts in the random draws
-//   errors  as PlanScene; kBadInput  times that do not ascend from 0 or above
+//   errors  as PlanScene; kBadInput  times that do not ascend from 0 or go beyond the duration, a state of
+//           another scene; kUnreachable  kStatic found no equilibrium (statics.h)
 Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const std::vector<double>& times,
-                           std::uint64_t trial = 0, const Progress& progress = {});
+                           std::uint64_t trial = 0, const SimulateHooks& hooks = {});
 
 }  // namespace tendril

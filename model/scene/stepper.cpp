@@ -2,10 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <numbers>
 #include <span>
+
+#include "model/check.h"
 
 namespace tendril {
 namespace {
@@ -14,142 +14,157 @@ using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-// How much of a plain rod's rest curvature there is.
-double RampShare(const SceneRod& rod, double time) {
-  const double length = rod.ramp_end - rod.ramp_start;
-  if (!(length > 0)) return time >= rod.ramp_start ? 1 : 0;
-  return std::clamp((time - rod.ramp_start) / length, 0.0, 1.0);
+// Numbers of a saved state that belong together, each list behind its length.
+void Append(std::vector<double>& to, std::span<const double> part) {
+  to.push_back(static_cast<double>(part.size()));
+  to.insert(to.end(), part.begin(), part.end());
 }
 
-// Base, rest curvature and rest strain of that moment.
-void Drive(const Scene& scene, Driven& d, double growth, double time) {
-  Rod& rod = d.rod;
-  if (d.actuation) {
-    const double pull = d.actuation->PullAt(time);
-    d.actuation->RestCurvature(pull, rod.rest_curvature);
-    if (scene.gripper->shortening == Shortening::kTrue) rod.rest_strain.row(2).setConstant(-pull);
-    rod.position.col(0) = d.start + growth * d.outward;
-  } else if (d.plain != nullptr) {
-    rod.rest_curvature.colwise() = RampShare(*d.plain, time) * d.plain->rest_curvature;
+// Reads such lists in turn; ok() turns false for good where one is not as long as it should be.
+class Lists {
+ public:
+  explicit Lists(const std::vector<double>& state) : state_(state) {}
+  bool ok() const { return ok_; }
+  bool done() const { return ok_ && at_ == state_.size(); }
+  std::vector<double> Next(std::size_t size) {
+    std::vector<double> part(size);
+    ok_ = ok_ && at_ < state_.size() && state_[at_] == static_cast<double>(size) &&
+          at_ + 1 + size <= state_.size();
+    if (!ok_) return part;
+    std::copy_n(state_.begin() + static_cast<std::ptrdiff_t>(at_) + 1, size, part.begin());
+    at_ += 1 + size;
+    return part;
   }
-}
+
+ private:
+  const std::vector<double>& state_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+std::span<const double> AsSpan(const Matrix3Xd& m) { return {m.data(), static_cast<std::size_t>(m.size())}; }
+void Copy(const std::vector<double>& from, Matrix3Xd& to) { std::copy(from.begin(), from.end(), to.data()); }
 
 }  // namespace
 
-std::string ShortNumber(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
-  return {text, end.ptr};
-}
-
-Result<std::vector<Driven>> MakeRods(const Scene& scene, std::uint64_t trial) {
-  std::vector<Driven> all;
-  if (scene.gripper) {
-    const SceneGripper& g = *scene.gripper;
-    for (int i = 0; i < g.gripper.tentacles; ++i) {
-      const Result<TentacleLayout> layout = LayOut(DesignOfTentacle(g.gripper, g.design, i));
-      if (!layout.ok()) return layout.error();
-      const Eigen::Isometry3d pose = LabFromTentacle(g.gripper, i);
-      RodDesign design = g.rod;
-      design.length = g.design.length;
-      design.taper = g.design.taper;
-      design.start = pose * Vector3d(0, 0, layout.value().base_z);
-      design.direction = pose.linear().col(2);
-      design.normal = pose.linear().col(0);
-      design.clamped = true;
-      Result<Rod> rod = MakeRod(design);
-      if (!rod.ok()) return rod.error();
-      Result<TentacleActuation> actuation = TentacleActuation::Make(g, scene.seed, trial, i);
-      if (!actuation.ok()) return actuation.error();
-      const double azimuth = g.gripper.first_azimuth + 2 * std::numbers::pi * i / g.gripper.tentacles;
-      all.push_back({"tentacle" + std::to_string(i), std::move(rod).value(), g.damping, Vector3d::Zero(),
-                     design.start, Vector3d(std::cos(azimuth), std::sin(azimuth), 0), nullptr,
-                     std::move(actuation).value()});
-    }
+Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step)
+    : scene_(scene), plan_(plan), rods_(std::move(rods)) {
+  options_.form = FormOf(scene.level);
+  options_.time_step = time_step;
+  const double mass = plan.relief.mass;
+  options_.gravity = scene.gravity / mass;
+  energy_budget_ = EnergyBudget(scene, rods_);
+  for (Driven& d : rods_) {
+    ApplyRelief(plan.relief, d.rod);
+    d.damping /= mass;
   }
-  for (const SceneRod& plain : scene.rods) {
-    Result<Rod> made = MakeRod(plain.design);
-    if (!made.ok()) return made.error();
-    Rod rod = std::move(made).value();
-    const Vector3d centre = (rod.position * rod.mass) / rod.mass.sum();
-    for (Index i = 0; i < rod.mass.size(); ++i) {
-      if (rod.clamped && i == 0) continue;
-      rod.velocity.col(i) = plain.velocity + plain.spin.cross(Vector3d(rod.position.col(i) - centre));
+  if (plan.plain) {
+    const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, 0);
+    for (Driven& d : rods_) {
+      ApplyDrive(DriveAt(scene_, d, growth, 0), d, d.rod);
+      DriftPlain(d.rod, options_.form, 0.5 * time_step);
     }
-    for (Index i = rod.clamped ? 1 : 0; i < rod.elements(); ++i) {
-      rod.spin.col(i) = rod.directors[static_cast<std::size_t>(i)] * plain.spin;
-    }
-    all.push_back({plain.name, std::move(rod), plain.damping, plain.tip_force, plain.design.start,
-                   Vector3d::Zero(), &plain, std::nullopt});
+    return;
   }
-  return all;
-}
-
-double CarrierGrowth(const Scene& scene, const std::vector<Driven>& rods, double time) {
-  if (!scene.gripper || scene.gripper->shortening != Shortening::kCarrier) return 0;
-  double pull = 0;
-  for (const Driven& d : rods) {
-    if (d.actuation) pull += d.actuation->PullAt(time) / scene.gripper->gripper.tentacles;
-  }
-  return scene.gripper->gripper.carrier_radius * pull / (1 - pull);
-}
-
-Stepper::Stepper(const Scene& scene, const ContactPairs& pairs, bool plain, std::vector<Driven>& rods)
-    : scene_(scene), rods_(rods), pairs_(pairs), plain_(plain) {
-  options_.form = scene.level == SimulationLevel::kPaper ? RodForm::kPaper : RodForm::kEnergy;
-  options_.gravity = scene.gravity;
-  if (plain) return;
   MakeBatches();
+  for (Batch& batch : batches_) batch.lanes->Drift(0.5 * time_step);
+  const ContactPairs pairs{
+      .rods = plan.rod_contact, .selves = plan.self_contact, .bodies = plan.object_contact};
   if (!pairs.rods && !pairs.selves && !pairs.bodies) return;
   std::vector<Rod> shapes;
-  for (const Driven& d : rods) shapes.push_back(d.rod);
+  for (const Driven& d : rods_) shapes.push_back(d.rod);
   std::vector<FixedBody> bodies;
   for (const SceneObject& object : scene.objects) bodies.push_back(object.body);
   contacts_.emplace(scene.contact, shapes, bodies, pairs);
 }
 
-std::string Stepper::Advance(double time, int steps, double step) {
-  options_.time_step = step;
-  return plain_ ? AdvancePlain(time, steps) : AdvanceLanes(time, steps);
+std::optional<Divergence> Stepper::AdvanceTo(std::int64_t kicks) {
+  std::optional<Divergence> found;
+  while (kicks_ < kicks && !found) {
+    found = plan_.plain ? StepPlainly() : StepLanes();
+    ++kicks_;
+  }
+  if (found) found = Explain(std::move(*found));
+  return found;
 }
 
-// Rods damped differently lose speed at a step's end.
-std::string Stepper::AdvancePlain(double time, int steps) {
+std::vector<Rod> Stepper::At(double time) const {
   std::vector<Rod> rods;
-  for (Driven& d : rods_) rods.push_back(std::move(d.rod));
-  const bool one_damping =
-      std::all_of(rods_.begin(), rods_.end(), [&](const Driven& d) { return d.damping == rods_[0].damping; });
-  options_.damping = one_damping ? rods_[0].damping : 0;
-  std::string trouble;
-  for (int i = 0; i < steps && trouble.empty(); ++i) {
-    const double now = time + i * options_.time_step;
-    StepPlain(rods, now, options_, [&](double middle, std::span<Rod> at, std::span<Matrix3Xd> forces) {
-      const double growth = CarrierGrowth(scene_, rods_, middle);
-      for (std::size_t r = 0; r < at.size(); ++r) {
-        rods_[r].rod = std::move(at[r]);
-        Drive(scene_, rods_[r], growth, middle);
-        at[r] = std::move(rods_[r].rod);
-        forces[r].rightCols<1>() += rods_[r].tip_force;
-        if (pairs_.selves) AddSelfContact(scene_.contact, at[r], forces[r]);
-        for (const SceneObject& object : scene_.objects) {
-          if (pairs_.bodies) AddBodyContact(scene_.contact, at[r], object.body, forces[r]);
-        }
-        for (std::size_t other = 0; pairs_.rods && other < r; ++other) {
-          AddRodContact(scene_.contact, at[r], at[other], forces[r], forces[other]);
-        }
-      }
-    });
-    for (std::size_t r = 0; r < rods.size(); ++r) {
-      const double keep = one_damping ? 1 : std::exp(-rods_[r].damping * options_.time_step);
-      rods[r].velocity *= keep;
-      rods[r].spin *= keep;
-      if (!std::isfinite(rods[r].position.sum() + rods[r].velocity.sum() + rods[r].spin.sum())) {
-        trouble = "at " + ShortNumber(now) + " s " + rods_[r].name + " has positions that are not finite";
-      }
+  for (const Driven& d : rods_) rods.push_back(d.rod);
+  const double back = time - (static_cast<double>(kicks_) + 0.5) * options_.time_step;
+  for (const Batch& batch : batches_) {
+    LaneRods<double> lanes = *batch.lanes;
+    lanes.Drift(back);
+    std::vector<Rod> state;
+    for (const std::size_t r : batch.members) state.push_back(std::move(rods[r]));
+    lanes.Store(state);
+    for (std::size_t k = 0; k < state.size(); ++k) rods[batch.members[k]] = std::move(state[k]);
+  }
+  const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, time);
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    if (plan_.plain) DriftPlain(rods[r], options_.form, back);
+    ApplyDrive(DriveAt(scene_, rods_[r], growth, time), rods_[r], rods[r]);
+  }
+  return rods;
+}
+
+// Names the element, as far as it can still be told.
+Divergence Stepper::Explain(Divergence found) const {
+  const double time = (static_cast<double>(kicks_) - 0.5) * options_.time_step;
+  const std::vector<Rod> at = At(static_cast<double>(kicks_) * options_.time_step);
+  if (const auto lost = FindNotFinite(rods_, at)) {
+    found = *lost;
+  } else if (found.why == "overlap") {
+    found = FindDeepest(rods_, at, scene_.objects);
+  } else if (found.why == "turned") {
+    found = FindFarTurned(rods_, at, options_.time_step);
+  }
+  found.time = time;
+  found.suggested_step = 0.5 * options_.time_step;
+  return found;
+}
+
+std::optional<Divergence> Stepper::CheckEnergy() const {
+  const std::vector<Rod> at = At(static_cast<double>(kicks_) * options_.time_step);
+  double kinetic = 0;
+  for (const Rod& rod : at) kinetic += KineticEnergy(rod) / plan_.relief.mass;
+  if (kinetic <= kEnergyFactor * energy_budget_ + 1e-12) return std::nullopt;
+  Divergence found = FindFastest(rods_, at);
+  found.why += ", and all rods together with " + ShortNumber(kinetic) + " J where the scene can put in " +
+               ShortNumber(energy_budget_) + " J";
+  return Explain(std::move(found));
+}
+
+std::optional<Divergence> Stepper::StepPlainly() {
+  const double step = options_.time_step;
+  const double middle = (static_cast<double>(kicks_) + 0.5) * step;
+  const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
+  std::vector<Matrix3Xd> forces(rods_.size());
+  for (std::size_t r = 0; r < rods_.size(); ++r) {
+    Driven& d = rods_[r];
+    ApplyDrive(DriveAt(scene_, d, growth, middle), d, d.rod);
+    forces[r].setZero(3, d.rod.elements() + 1);
+    forces[r].rightCols<1>() += d.tip_force;
+    if (plan_.self_contact) AddSelfContact(scene_.contact, d.rod, forces[r]);
+    for (const SceneObject& object : scene_.objects) {
+      if (plan_.object_contact) AddBodyContact(scene_.contact, d.rod, object.body, forces[r]);
+    }
+    for (std::size_t other = 0; plan_.rod_contact && other < r; ++other) {
+      AddRodContact(scene_.contact, d.rod, rods_[other].rod, forces[r], forces[other]);
     }
   }
-  for (std::size_t r = 0; r < rods.size(); ++r) rods_[r].rod = std::move(rods[r]);
-  return trouble;
+  std::optional<Divergence> found;
+  for (std::size_t r = 0; r < rods_.size(); ++r) {
+    Driven& d = rods_[r];
+    PlainOptions options = options_;
+    options.damping = d.damping;
+    KickPlain(d.rod, options, forces[r]);
+    DriftPlain(d.rod, options.form, step);
+    if (!std::isfinite(d.rod.position.sum() + d.rod.velocity.sum() + d.rod.spin.sum())) {
+      found.emplace().why = "not finite";
+    }
+  }
+  return found;
 }
 
 void Stepper::MakeBatches() {
@@ -179,8 +194,29 @@ void Stepper::MakeBatches() {
   }
 }
 
-// Rest curvature, base and loads of that moment; forces are as good as new.
-void Stepper::DriveBatch(Batch& batch, double growth, double time) {
+void Stepper::DriveEnds(Batch& batch, std::size_t lane, const Driven& d, const DriveState& state) {
+  LaneRods<double>& lanes = *batch.lanes;
+  const std::size_t last = 3 * static_cast<std::size_t>(lanes.elements());
+  const bool base = d.rod.base.hold != EndHold::kFree, tip = d.rod.tip.hold != EndHold::kFree;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto row = static_cast<Index>(k);
+    if (base) {
+      lanes.positions()[k * kRodLanes + lane] = state.base_position[row];
+      lanes.velocities()[k * kRodLanes + lane] = state.base_velocity[row];
+    }
+    if (tip) {
+      lanes.positions()[(last + k) * kRodLanes + lane] = state.tip_position[row];
+      lanes.velocities()[(last + k) * kRodLanes + lane] = state.tip_velocity[row];
+    }
+    lanes.forces()[(last + k) * kRodLanes + lane] = d.tip_force[row];
+  }
+  if (d.plain == nullptr) return;
+  if (d.plain->base_motion.until > 0) lanes.SetEndFrame(0, lane, d.rod.base.hold, state.base_frame);
+  if (d.plain->tip_motion.until > 0) lanes.SetEndFrame(1, lane, d.rod.tip.hold, state.tip_frame);
+}
+
+// Rest curvature, held ends and loads of that moment; forces are as good as new.
+void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time) {
   LaneRods<double>& lanes = *batch.lanes;
   const std::span<double> forces = lanes.forces(), curvature = lanes.rest_curvatures();
   std::fill(forces.begin(), forces.end(), 0.0);
@@ -188,41 +224,48 @@ void Stepper::DriveBatch(Batch& batch, double growth, double time) {
   bool changed = !batch.driven_once;
   for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
     const Driven& d = rods_[batch.members[lane]];
-    TentacleActuation::Place place;
-    if (d.actuation) {
-      const double pull = d.actuation->PullAt(time);
-      place = d.actuation->PlaceOf(pull);
-      const Vector3d base = d.start + growth * d.outward;
-      for (std::size_t k = 0; k < 3; ++k)
-        lanes.positions()[k * kRodLanes + lane] = base[static_cast<Index>(k)];
-      if (scene_.gripper->shortening == Shortening::kTrue) {
-        const std::span<double> strain = lanes.rest_strains();
-        for (std::size_t i = 2 * kRodLanes + lane; i < strain.size(); i += 3 * kRodLanes) strain[i] = -pull;
-      }
-    } else {
-      place.share = RampShare(*d.plain, time);
-      for (std::size_t k = 0; k < 3; ++k) {
-        forces[(static_cast<std::size_t>(3 * lanes.elements()) + k) * kRodLanes + lane] =
-            d.tip_force[static_cast<Index>(k)];
+    const DriveState state = DriveAt(scene_, d, growth, time);
+    DriveEnds(batch, lane, d, state);
+    const bool moved = !batch.driven_once || state.place.share != batch.place[lane].share;
+    const bool other_entry = !batch.driven_once || state.place.entry != batch.place[lane].entry;
+    if (!moved && !other_entry) continue;
+    changed = true;
+    share[lane] = state.place.share;
+    if (d.actuation && scene_.gripper->shortening == Shortening::kTrue) {
+      const std::span<double> strain = lanes.rest_strains();
+      for (std::size_t i = 2 * kRodLanes + lane; i < strain.size(); i += 3 * kRodLanes) {
+        strain[i] = state.axial_rest_strain;
       }
     }
-    share[lane] = place.share;
-    changed = changed || place.share != batch.place[lane].share;
-    if (!batch.driven_once || place.entry != batch.place[lane].entry) {
-      changed = true;
-      for (std::size_t i = lane, row = 0; i < batch.base.size(); i += kRodLanes, ++row) {
-        if (d.actuation) {
-          batch.base[i] = d.actuation->Entry(place.entry).data()[row];
-          batch.slope[i] = d.actuation->Entry(place.entry + 1).data()[row] - batch.base[i];
-        } else {
+    if (other_entry) {
+      if (d.actuation) {
+        const Matrix3Xd& low = d.actuation->Entry(state.place.entry);
+        const Matrix3Xd& high = d.actuation->Entry(state.place.entry + 1);
+        batch.end_base.col(static_cast<Index>(lane)) = low.col(0);
+        batch.end_slope.col(static_cast<Index>(lane)) = high.col(0) - low.col(0);
+        // Column 0 is the base's.
+        for (std::size_t i = lane, row = 3; i < batch.base.size(); i += kRodLanes, ++row) {
+          batch.base[i] = low.data()[row];
+          batch.slope[i] = high.data()[row] - batch.base[i];
+        }
+      } else {
+        batch.end_base.col(static_cast<Index>(lane)).setZero();
+        batch.end_slope.col(static_cast<Index>(lane)) = d.plain->rest_curvature;
+        for (std::size_t i = lane, row = 0; i < batch.slope.size(); i += kRodLanes, ++row) {
           batch.slope[i] = d.plain->rest_curvature[static_cast<Index>(row % 3)];
         }
       }
     }
-    batch.place[lane] = place;
+    const Vector3d end = batch.end_base.col(static_cast<Index>(lane)) +
+                         state.place.share * batch.end_slope.col(static_cast<Index>(lane));
+    lanes.SetEndCurvature(0, lane, end);
+    // Tentacles end free.
+    if (d.plain != nullptr) lanes.SetEndCurvature(1, lane, end);
+    batch.place[lane] = state.place;
   }
   batch.driven_once = true;
   if (!changed) return;
+  for (std::size_t lane = 0; lane < kRodLanes; ++lane) share[lane] = batch.place[lane].share;
   for (std::size_t i = 0; i < curvature.size(); i += kRodLanes) {
     for (std::size_t lane = 0; lane < kRodLanes; ++lane) {
       curvature[i + lane] = batch.base[i + lane] + share[lane] * batch.slope[i + lane];
@@ -239,33 +282,76 @@ void Stepper::AddContact() {
   for (Batch& batch : batches_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
 }
 
-// All rods step together, as they may touch. Half drifts of neighbouring steps are one.
-std::string Stepper::AdvanceLanes(double time, int steps) {
+std::optional<Divergence> Stepper::StepLanes() {
   const double step = options_.time_step;
-  std::string trouble;
-  for (Batch& batch : batches_) batch.lanes->Drift(0.5 * step);
-  for (int i = 0; i < steps && trouble.empty(); ++i) {
-    const double middle = time + (i + 0.5) * step;
-    const double growth = CarrierGrowth(scene_, rods_, middle);
-    for (Batch& batch : batches_) DriveBatch(batch, growth, middle);
-    if (contacts_) AddContact();
-    for (Batch& batch : batches_) {
-      batch.lanes->Kick(options_);
-      if (!batch.lanes->trouble().any()) continue;
-      trouble = "at " + ShortNumber(middle) + " s " + rods_[batch.members[0]].name + " or a rod beside it" +
-                (batch.lanes->trouble().not_finite ? " have positions that are not finite"
-                                                   : " turn too far, in a step or from element to element");
-    }
-    const bool last = i + 1 == steps || !trouble.empty();
-    for (Batch& batch : batches_) batch.lanes->Drift(last ? 0.5 * step : step);
+  const double middle = (static_cast<double>(kicks_) + 0.5) * step;
+  const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
+  for (Batch& batch : batches_) DriveBatch(batch, growth, middle);
+  std::optional<Divergence> found;
+  if (contacts_) {
+    AddContact();
+    if (contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
   }
   for (Batch& batch : batches_) {
-    std::vector<Rod> state;
-    for (const std::size_t r : batch.members) state.push_back(std::move(rods_[r].rod));
-    batch.lanes->Store(state);
-    for (std::size_t k = 0; k < state.size(); ++k) rods_[batch.members[k]].rod = std::move(state[k]);
+    batch.lanes->Kick(options_);
+    batch.lanes->Drift(step);
+    if (batch.lanes->trouble().any() && !found) {
+      found.emplace().why = batch.lanes->trouble().not_finite ? "not finite" : "turned";
+    }
   }
-  return trouble;
+  return found;
+}
+
+void Stepper::ForgetHistory() {
+  if (contacts_) contacts_->ForgetList();
+}
+
+std::vector<double> Stepper::Save() const {
+  std::vector<double> state;
+  const double head[] = {static_cast<double>(kicks_), options_.time_step, plan_.plain ? 1.0 : 0.0};
+  Append(state, head);
+  for (const Batch& batch : batches_) Append(state, LaneRods<double>(*batch.lanes).memory());
+  for (std::size_t r = 0; plan_.plain && r < rods_.size(); ++r) {
+    const Rod& rod = rods_[r].rod;
+    Append(state, AsSpan(rod.position));
+    Append(state, AsSpan(rod.velocity));
+    Append(state, AsSpan(rod.spin));
+    for (const Eigen::Matrix3d& q : rod.directors) Append(state, {q.data(), 9});
+  }
+  if (contacts_) Append(state, contacts_->Save());
+  return state;
+}
+
+bool Stepper::Restore(const std::vector<double>& state) {
+  Lists lists(state);
+  const std::vector<double> head = lists.Next(3);
+  if (!lists.ok() || head[1] != options_.time_step || head[2] != (plan_.plain ? 1.0 : 0.0)) return false;
+  std::vector<std::vector<double>> memory;
+  for (const Batch& batch : batches_) {
+    memory.push_back(lists.Next(LaneRods<double>(*batch.lanes).memory().size()));
+  }
+  std::vector<Rod> plain;
+  for (std::size_t r = 0; plan_.plain && r < rods_.size(); ++r) {
+    Rod& rod = plain.emplace_back(rods_[r].rod);
+    for (Matrix3Xd* part : {&rod.position, &rod.velocity, &rod.spin}) {
+      Copy(lists.Next(static_cast<std::size_t>(part->size())), *part);
+    }
+    for (Eigen::Matrix3d& q : rod.directors) {
+      const std::vector<double> entries = lists.Next(9);
+      std::copy(entries.begin(), entries.end(), q.data());
+    }
+  }
+  std::vector<double> contact;
+  if (contacts_) contact = lists.Next(contacts_->Save().size());
+  if (!lists.done()) return false;
+  kicks_ = static_cast<std::int64_t>(head[0]);
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    std::copy(memory[b].begin(), memory[b].end(), batches_[b].lanes->memory().begin());
+    batches_[b].driven_once = false;
+  }
+  for (std::size_t r = 0; r < plain.size(); ++r) rods_[r].rod = std::move(plain[r]);
+  if (contacts_) contacts_->Restore(contact);
+  return true;
 }
 
 }  // namespace tendril

@@ -1,5 +1,8 @@
 #pragma once
-// The rods of a scene, what drives them, and their steps. Used by simulate.h.
+// Steps the rods of a scene together. Used by simulate.h.
+//
+// Position Verlet whose half drifts are merged: between kicks the state stands in the middle of steps, and
+// what it is at other times is worked out on a copy, so that asking changes nothing.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -11,68 +14,68 @@
 #include "model/rods/contact_list.h"
 #include "model/rods/rod_lanes.h"
 #include "model/rods/rod_plain.h"
-#include "model/scene/actuation.h"
+#include "model/scene/driven.h"
+#include "model/scene/plan.h"
 #include "model/scene/scene.h"
+#include "model/scene/watchdog.h"
 
 namespace tendril {
 
-// For messages: six digits.
-std::string ShortNumber(double value);
-
-// A rod of the scene and what drives it.
-struct Driven {
-  std::string name;
-  Rod rod;
-  double damping = 0;
-  Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();
-  Eigen::Vector3d start = Eigen::Vector3d::Zero();  // of node 0
-  Eigen::Vector3d outward =
-      Eigen::Vector3d::Zero();  // by which node 0 moves per metre of the carrier's radius
-  const SceneRod* plain = nullptr;
-  std::optional<TentacleActuation> actuation;
-};
-
-//   errors  as MakeRod, LayOut, SolveFold
-Result<std::vector<Driven>> MakeRods(const Scene& scene, std::uint64_t trial);
-
-// The carrier's growth at a time, m.
-double CarrierGrowth(const Scene& scene, const std::vector<Driven>& rods, double time);
-
 class Stepper {
  public:
-  // Refers to the scene and to the rods.
-  //   plain   in the plain form, for comparison
-  Stepper(const Scene& scene, const ContactPairs& pairs, bool plain, std::vector<Driven>& rods);
+  // Refers to the scene. `rods` as MakeRods has them; the plan's reliefs are applied here.
+  Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step);
 
-  // Steps all rods from `time` on.
-  //   returns  what went wrong, when and with which rods; empty: nothing
-  std::string Advance(double time, int steps, double step);
+  // Kicks up to `kicks` in all, or until something goes wrong. Kick n is at time (n + 1/2) time_step.
+  std::optional<Divergence> AdvanceTo(std::int64_t kicks);
+  std::int64_t kicks() const { return kicks_; }
+  double time_step() const { return options_.time_step; }
+
+  // The rods at a time within half a step of kicks * time_step: exact where the scheme is (its path is
+  // straight between two kicks).
+  std::vector<Rod> At(double time) const;
+
+  // What comes after depends on positions and velocities alone, not on how they came about; to be called at
+  // the same kicks in every run that is to give the same bytes.
+  void ForgetHistory();
+  // All that a run goes on from; right after ForgetHistory.
+  std::vector<double> Save() const;
+  //   returns  false  it is not of such a scene; nothing has changed
+  bool Restore(const std::vector<double>& state);
+
+  // By energy; to be called from time to time.
+  std::optional<Divergence> CheckEnergy() const;
 
   // Null where nothing can touch, and in the plain form.
   const ContactList* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
+  const std::vector<Driven>& rods() const { return rods_; }
 
  private:
   // Up to eight rods of equally many elements. Rest curvature is base + share * slope.
   struct Batch {
     std::vector<std::size_t> members;
     std::optional<LaneRods<double>> lanes;
-    std::vector<double> base, slope;  // [inner node][component][8]
+    std::vector<double> base, slope;                          // [inner node][component][8]
+    Eigen::Matrix<double, 3, kRodLanes> end_base, end_slope;  // of the half element at the base
     std::vector<TentacleActuation::Place> place = std::vector<TentacleActuation::Place>(kRodLanes);
     bool driven_once = false;
   };
-  std::string AdvancePlain(double time, int steps);
-  std::string AdvanceLanes(double time, int steps);
+  std::optional<Divergence> StepPlainly();
+  std::optional<Divergence> StepLanes();
+  Divergence Explain(Divergence found) const;
   void MakeBatches();
-  void DriveBatch(Batch& batch, double growth, double time);
+  void DriveBatch(Batch& batch, const CarrierGrowth& growth, double time);
+  void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
   void AddContact();
 
   const Scene& scene_;
-  std::vector<Driven>& rods_;
-  ContactPairs pairs_;
-  bool plain_;
+  SimulationPlan plan_;
+  std::vector<Driven> rods_;
   PlainOptions options_;
   std::vector<Batch> batches_;
   std::optional<ContactList> contacts_;
+  double energy_budget_ = 0;
+  std::int64_t kicks_ = 0;
 };
 
 }  // namespace tendril

@@ -61,6 +61,64 @@ TEST(SimulateCommand, ThePapersSceneBegins) {
   EXPECT_EQ(json.at("bodies_passed"), 0);
 }
 
+// The paper's gripper, shorter and coarser.
+std::string SmallGripper(const TemporaryFolder& folder, const std::string& duration) {
+  std::filesystem::create_directory(folder / "designs");
+  std::filesystem::copy_file(TENDRIL_SOURCE_DIR "/examples/designs/paper.toml",
+                             folder / "designs/paper.toml");
+  WriteText(folder / "small.toml", "name = \"small\"\nduration = " + duration +
+                                       "\nlevel = \"fast\"\n[gripper]\ndesign = \"designs/paper.toml\"\n"
+                                       "pull_rate = 0.2\ntentacles = 3\n[gripper.rod]\nelements = 30\n"
+                                       "damping = 20\n[[object]]\nkind = \"capsule\"\nradius = 0.02\n"
+                                       "length = 0.2\nposition = [0, 0, -0.15]\n");
+  return folder / "small.toml";
+}
+
+TEST(SimulateCommand, ARunBecomesATrialFilmAndPicture) {
+  const TemporaryFolder folder;
+  const std::string scene = SmallGripper(folder, "0.5");
+  const std::string lab = folder / "lab";
+  ASSERT_EQ(RunProgram({"init", lab}).exit_code, 0);
+  const ProgramRun run =
+      RunProgram({"simulate", scene, "--lab", lab, "--label", "s1", "--fps", "8", "--video",
+                  folder / "film.mp4", "--picture", folder / "end.png", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json.at("trial"), "s1");
+  EXPECT_GT(std::filesystem::file_size(folder / "film.mp4"), 1000u);
+  EXPECT_GT(std::filesystem::file_size(folder / "end.png"), 1000u);
+  const ProgramRun show = RunProgram({"trials", "list", "--lab", lab, "--kind", "simulated", "--json"});
+  ASSERT_EQ(show.exit_code, 0) << show.err;
+  EXPECT_NE(show.out.find("\"s1\""), std::string::npos) << show.out;
+  EXPECT_EQ(RunProgram({"db", "check", "--lab", lab}).exit_code, 0);
+  // The same label again is refused, and a scene without a gripper is no trial.
+  EXPECT_EQ(RunProgram({"simulate", scene, "--lab", lab, "--label", "s1", "--fps", "8"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--lab", lab}).exit_code, 2);
+}
+
+TEST(SimulateCommand, AStoppedRunGoesOnToTheSameBytes) {
+  const TemporaryFolder folder;
+  const std::string scene = SmallGripper(folder, "40");
+  const std::string state = folder / "run.state";
+  const std::vector<std::string> call{"simulate", scene, "--fps", "2", "--checkpoint", state};
+  const auto with_out = [&](const std::string& out) {
+    std::vector<std::string> all = call;
+    all.insert(all.end(), {"--out", out});
+    return all;
+  };
+  ASSERT_EQ(RunProgram({"simulate", scene, "--fps", "2", "--out", folder / "whole.csv"}).exit_code, 0);
+  // Stopped over and over, as long as it takes.
+  std::string command = "timeout -s INT 0.3 " TENDRIL_PROGRAM;
+  for (const std::string& word : with_out(folder / "parts.csv")) command += " " + word;
+  command += " >/dev/null 2>&1";
+  int stops = 0, code = 1;
+  for (; stops < 400 && code != 0; ++stops) code = std::system(command.c_str());
+  EXPECT_EQ(code, 0);
+  EXPECT_GT(stops, 1) << "it was never stopped";
+  EXPECT_FALSE(std::filesystem::exists(state)) << "gone once the run is through";
+  EXPECT_EQ(testing_support::ReadText(folder / "parts.csv"), testing_support::ReadText(folder / "whole.csv"));
+}
+
 TEST(SimulateCommand, BadScenesAreOneLineAndExitTwo) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& text) {
@@ -77,6 +135,9 @@ TEST(SimulateCommand, BadScenesAreOneLineAndExitTwo) {
   EXPECT_NE(message("[[object]]\nkind = \"sphere\"\n").find("radius"), std::string::npos);
   EXPECT_NE(message("[[rod]]\nnormal = [0, 0, 1]\n").find("normal"), std::string::npos);
   EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--at", "99"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--out", "curves.txt"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--video", folder / "no/film.mp4"}).exit_code, 2);
+  EXPECT_NE(message("level = \"static\"\n[[rod]]\nclamp = \"both\"\n").find("free tip"), std::string::npos);
 }
 
 TEST(SimulateCommand, ARunThatDivergesKeepsItsTrajectoryAndFails) {

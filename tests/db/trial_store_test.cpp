@@ -10,6 +10,7 @@
 #include <set>
 
 #include "db/files/safe_file.h"
+#include "db/simulation_store.h"
 #include "db/trial_query.h"
 #include "tests/support/program.h"
 
@@ -291,6 +292,31 @@ TEST_F(Store, DerivedRowsAreReplacedWithTheirProvenanceAndFitsAccumulate) {
   EXPECT_EQ(Ask("SELECT value FROM fit_latest"), "1.2");
   EXPECT_EQ(Ask("SELECT kinds FROM fit_latest"), "real");
   EXPECT_EQ(Ask("SELECT count(*) FROM made_from WHERE what = 'fit'"), "3");
+}
+
+TEST_F(Store, ASimulationIsReplacedAndScenesAreFoundByTheirText) {
+  TrialSpec spec;
+  spec.kind = TrialKind::kSimulated;
+  const std::string a = Begin(spec), b = Begin(spec);
+  const Provenance made{"tendril 0.1.0", "{}", {}};
+  SimulationRow row;
+  row.scene_name = "octagon";
+  row.scene_toml = "duration = 10";
+  row.level = "standard";
+  row.least_axis_share = 0.9;
+  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
+  EXPECT_EQ(Ask("SELECT nothing_passed IS NULL FROM simulation"), "1") << "not looked at is not false";
+  row.nothing_passed = true;
+  row.divergence = "at 3 s";
+  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
+  ASSERT_TRUE(StoreSimulation(lab(), b, row, made).ok());
+  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "2");
+  EXPECT_EQ(Ask("SELECT count(*) FROM scene"), "1");
+  EXPECT_EQ(Ask("SELECT count(*) FROM provenance"), "2") << "the replaced row's is gone";
+  EXPECT_EQ(Ask("SELECT nothing_passed || divergence FROM simulation LIMIT 1"), "1at 3 s");
+  row.level = "slow";
+  EXPECT_FALSE(StoreSimulation(lab(), a, row, made).ok());
+  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "2") << "the row before is kept";
 }
 
 TEST_F(Store, DerivedRowsThatCannotBeAreRefusedWhole) {

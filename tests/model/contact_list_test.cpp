@@ -221,7 +221,7 @@ TEST(Contact, TwoStiffRodsThatMeetDoAsHertzSays) {
   design.base_radius = 0.01;
   design.youngs_modulus = 1e9;
   design.shear_modulus = 4e8;
-  design.clamped = false;
+  design.base = EndHold::kFree;
   design.start = {-0.025, 0, 0};
   design.direction = Vector3d::UnitX();
   design.normal = Vector3d::UnitZ();

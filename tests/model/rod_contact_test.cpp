@@ -84,7 +84,7 @@ std::vector<Rod> Crossing(double gap) {
   design.density = 500;
   design.youngs_modulus = 1e6;
   design.shear_modulus = 1e6 / 3;
-  design.clamped = false;
+  design.base = EndHold::kFree;
   design.start = {-0.2, 0, 0};
   design.direction = Vector3d::UnitX();
   design.normal = Vector3d::UnitZ();

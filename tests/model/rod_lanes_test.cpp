@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Rods that differ in everything but their number of elements.
-std::vector<Rod> Rods(std::mt19937& random, int count, int elements) {
+std::vector<Rod> Rods(std::mt19937& random, RodForm form, int count, int elements) {
   std::uniform_real_distribution<double> even(0, 1);
   std::vector<Rod> rods;
   for (int k = 0; k < count; ++k) {
@@ -24,12 +24,18 @@ std::vector<Rod> Rods(std::mt19937& random, int count, int elements) {
     design.base_radius = 0.01 + 0.01 * even(random);
     design.taper = 0.5 + 0.5 * even(random);
     design.direction = Vector3d(even(random), even(random), -1);
-    design.clamped = k % 3 != 2;
+    // The energy form may hold the very ends' directors, and both ends.
+    const EndHold held = form == RodForm::kEnergy && k % 2 == 0 ? EndHold::kFrame : EndHold::kElement;
+    design.base = k % 3 == 2 ? EndHold::kFree : held;
+    design.tip = k % 4 == 3 ? held : EndHold::kFree;
+    design.start_curvature = {0.5, 0, k % 5 == 4 ? 1.0 : 0.0};
     Rod rod = MakeRod(design).value();
     for (auto kappa : rod.rest_curvature.colwise())
       kappa << 3 * even(random), -4 * even(random), 2 * even(random);
     for (auto sigma : rod.rest_strain.colwise()) sigma << 0, 0, -0.1 * even(random);
-    if (!design.clamped) {
+    rod.base.rest_curvature = rod.rest_curvature.col(0);
+    rod.tip_couple = {0.001, -0.002, 0.0005};
+    if (design.base == EndHold::kFree) {
       for (auto w : rod.spin.colwise()) w << 5, -3, 8;
     }
     rods.push_back(rod);
@@ -65,7 +71,7 @@ TEST_P(RodLanes, StepAsThePlainStepperDoes) {
   const RodForm form = std::get<1>(GetParam());
   std::mt19937 random(7);
   for (const int count : {1, 3, 8}) {
-    std::vector<Rod> plain = Rods(random, count, 20), lanes = plain, single = plain;
+    std::vector<Rod> plain = Rods(random, form, count, 20), lanes = plain, single = plain;
     auto batch = LaneRods<double>::Make(lanes, form).value();
     auto rough = LaneRods<float>::Make(lanes, form).value();
     const std::vector<Rod> start = plain;
@@ -84,7 +90,7 @@ TEST_P(RodLanes, StepAsThePlainStepperDoes) {
 TEST_P(RodLanes, ARodDoesNotFeelItsNeighbours) {
   const RodForm form = std::get<1>(GetParam());
   std::mt19937 random(8);
-  const std::vector<Rod> rods = Rods(random, 8, 10);
+  const std::vector<Rod> rods = Rods(random, form, 8, 10);
   const auto run = [&](std::vector<Rod> some) {
     auto batch = LaneRods<double>::Make(some, form).value();
     batch.Advance(500, 0, Options(form));
@@ -100,7 +106,7 @@ TEST_P(RodLanes, ARodDoesNotFeelItsNeighbours) {
 TEST_P(RodLanes, WhatIsSetInTheMiddleOfAStepCounts) {
   const RodForm form = std::get<1>(GetParam());
   std::mt19937 random(9);
-  std::vector<Rod> plain = Rods(random, 2, 12), lanes = plain;
+  std::vector<Rod> plain = Rods(random, form, 2, 12), lanes = plain;
   auto batch = LaneRods<double>::Make(lanes, form).value();
   const auto curvature = [](double time) { return 100 * time; };
   const Vector3d pull(0.01, -0.02, 0.03);
@@ -128,7 +134,7 @@ TEST_P(RodLanes, WhatIsSetInTheMiddleOfAStepCounts) {
 TEST_P(RodLanes, WhatDivergesStopsAndSaysSo) {
   const RodForm form = std::get<1>(GetParam());
   std::mt19937 random(10);
-  std::vector<Rod> rods = Rods(random, 4, 20);
+  std::vector<Rod> rods = Rods(random, form, 4, 20);
   PlainOptions options = Options(form);
   options.time_step = 2e-3;  // ten times beyond the limit
   auto batch = LaneRods<double>::Make(rods, form).value();
@@ -142,8 +148,8 @@ INSTANTIATE_TEST_SUITE_P(Kernels, RodLanes,
 
 TEST(LaneRods, RefusesWhatDoesNotFitSideBySide) {
   std::mt19937 random(11);
-  std::vector<Rod> rods = Rods(random, 2, 10);
-  rods.push_back(Rods(random, 1, 11)[0]);
+  std::vector<Rod> rods = Rods(random, RodForm::kPaper, 2, 10);
+  rods.push_back(Rods(random, RodForm::kPaper, 1, 11)[0]);
   EXPECT_FALSE(LaneRods<double>::Make(rods, RodForm::kPaper).ok());
   EXPECT_FALSE(LaneRods<double>::Make({}, RodForm::kPaper).ok());
 }

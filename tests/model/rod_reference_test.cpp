@@ -129,7 +129,7 @@ TEST(PaperForm, AFreeRodsEnergySwingsAsThePeersDoes) {
   design.density = 500;
   design.direction = Vector3d::UnitX();
   design.normal = Vector3d::UnitZ();
-  design.clamped = false;
+  design.base = EndHold::kFree;
   Rod rod = MakeRod(design).value();
   for (int i = 0; i <= 50; ++i) {
     const double s = std::numbers::pi * i / 50;
@@ -165,7 +165,7 @@ TEST(PaperForm, RodsCollideAsThePeersDo) {
   RodDesign design = Uniform(0.4, 0.01, 1e6);
   design.elements = 40;
   design.density = 500;
-  design.clamped = false;
+  design.base = EndHold::kFree;
   design.start = {-0.2, 0, 0};
   design.direction = Vector3d::UnitX();
   design.normal = Vector3d::UnitZ();

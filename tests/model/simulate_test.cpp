@@ -40,14 +40,13 @@ TEST(Simulate, RestCurvatureAndTwistMakeAHelix) {
   const SimulationPlan plan = PlanScene(scene).value();
   EXPECT_FALSE(plan.rod_contact);
   const Simulated run = Simulate(scene, plan, {0, 2}).value();
-  ASSERT_EQ(run.diverged, "");
+  ASSERT_EQ(run.diverged.has_value(), false);
   const Eigen::Matrix3Xd points = run.curves[0].curves.back().points;
   // All nodes lie on a cylinder of radius kappa / (kappa^2 + tau^2) about the axis along tau d3 + kappa d2.
   const Vector3d axis = Vector3d(0, kappa, tau).normalized();
   const double radius = kappa / (kappa * kappa + tau * tau);
   // The curve bends from d3 toward kappa x d3 = d2 x d3 = d1.
-  // Element 0 is straight and clamped: the helix has its frame at its middle.
-  const Vector3d centre = Vector3d(radius, 0, 0.0025);
+  const Vector3d centre = Vector3d(radius, 0, 0);
   for (Eigen::Index i = 1; i < points.cols(); ++i) {
     const Vector3d from = points.col(i) - centre;
     EXPECT_NEAR((from - axis.dot(from) * axis).norm(), radius, 1e-3 * radius) << i;
@@ -62,7 +61,7 @@ TEST(Simulate, MeetsTheTimesAskedForInEqualSteps) {
   const Simulated run = Simulate(scene, plan, {0, 0.01, 0.0123, 0.05}).value();
   ASSERT_EQ(run.curves[0].time.size(), 4);
   EXPECT_EQ(run.curves[0].time[2], 0.0123);
-  EXPECT_NEAR(static_cast<double>(run.steps), 0.05 / plan.time_step, 4);
+  EXPECT_NEAR(static_cast<double>(run.steps), 0.05 / plan.time_step, 1);
   EXPECT_FALSE(Simulate(scene, plan, {0.2, 0.1}).ok());
 }
 
@@ -117,7 +116,7 @@ TEST(Simulate, TouchingRodsInLanesDoAsInThePlainForm) {
     SimulationPlan plan = PlanScene(scene).value();
     ASSERT_TRUE(plan.rod_contact && plan.object_contact && plan.self_contact);
     const Simulated fast = Simulate(scene, plan, {0.1, 0.3}).value();
-    ASSERT_EQ(fast.diverged, "");
+    ASSERT_EQ(fast.diverged.has_value(), false);
     EXPECT_LT(fast.least_axis_share, 1);
     // Between centres axes can cross unseen: then nothing is claimed, nor by the plain form.
     EXPECT_EQ(fast.nothing_passed, law == ContactLaw::kHertzSegments ? std::optional(true) : std::nullopt)
@@ -135,12 +134,65 @@ TEST(Simulate, TouchingRodsInLanesDoAsInThePlainForm) {
   }
 }
 
+void ExpectSameBytes(const std::vector<CurveSeries>& a, const std::vector<CurveSeries>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t r = 0; r < a.size(); ++r) {
+    EXPECT_EQ((a[r].curves.back().points - b[r].curves.back().points).cwiseAbs().maxCoeff(), 0) << r;
+    EXPECT_EQ((a[r].curves.back().normals - b[r].curves.back().normals).cwiseAbs().maxCoeff(), 0) << r;
+  }
+}
+
+TEST(Simulate, WhatIsAskedForOnTheWayChangesNothing) {
+  Scene scene = Touching(ContactLaw::kHertzSegments);
+  scene.duration = 0.4;
+  for (const SimulationLevel level : {SimulationLevel::kPaper, SimulationLevel::kStandard}) {
+    scene.level = level;
+    const SimulationPlan plan = PlanScene(scene).value();
+    std::vector<double> many;
+    for (int i = 0; i <= 97; ++i) many.push_back(0.4 * i / 97);
+    const Simulated with = Simulate(scene, plan, many).value();
+    const Simulated without = Simulate(scene, plan, {0.4}).value();
+    EXPECT_LT(with.least_axis_share, 1) << "nothing touched";
+    ExpectSameBytes(with.curves, without.curves);
+  }
+}
+
+TEST(Simulate, AnInterruptedRunGoesOnToTheSameBytes) {
+  Scene scene = Touching(ContactLaw::kHertzSegments);
+  scene.duration = 0.4;
+  scene.contact.damping = 0.05;
+  SimulationPlan plan = PlanScene(scene).value();
+  const std::vector<double> times{0, 0.1, 0.2, 0.3, 0.4};
+  const Simulated whole = Simulate(scene, plan, times).value();
+  std::vector<SimulationState> states;
+  SimulateHooks hooks;
+  hooks.keep = [&](const auto& make) { states.push_back(make()); };
+  hooks.progress = [&](double done) { return done < 0.45; };
+  const Simulated part = Simulate(scene, plan, times, 0, hooks).value();
+  EXPECT_TRUE(part.stopped);
+  ASSERT_FALSE(states.empty());
+  for (const SimulationState* state : {&states.front(), &states.back()}) {
+    const Simulated rest = Simulate(scene, plan, times, 0, {.resume_from = state}).value();
+    ExpectSameBytes(whole.curves, rest.curves);
+    EXPECT_EQ(rest.curves[0].time.size(), 5);
+    EXPECT_EQ(rest.longest_move, whole.longest_move);
+    EXPECT_EQ(rest.least_axis_share, whole.least_axis_share);
+  }
+  // A state of another scene is refused.
+  scene.rods.pop_back();
+  EXPECT_FALSE(Simulate(scene, PlanScene(scene).value(), times, 0, {.resume_from = &states.back()}).ok());
+}
+
 TEST(Simulate, AStepTooLongDivergesAndSaysSo) {
   Scene scene = OneRod();
   scene.rods[0].rest_curvature = {0, 5, 0};
   scene.time_step = 0.01;
   const Simulated run = Simulate(scene, PlanScene(scene).value(), {0, 1, 2}).value();
-  EXPECT_NE(run.diverged.find("try time_step"), std::string::npos) << run.diverged;
+  ASSERT_TRUE(run.diverged.has_value());
+  EXPECT_EQ(run.diverged->rod, "a");
+  EXPECT_GT(run.diverged->time, 0);
+  EXPECT_LT(run.diverged->suggested_step, 0.01);
+  EXPECT_NE(run.diverged->Sentence().find("element"), std::string::npos) << run.diverged->Sentence();
   EXPECT_EQ(run.curves[0].time.size(), 1) << "what was reached is kept";
 }
 
@@ -164,15 +216,17 @@ TEST(UniformDraw, IsEvenAndDoesNotRepeat) {
 TEST(TentacleActuation, PullsAfterItsDelayAtItsRate) {
   SceneGripper gripper;
   gripper.rod.elements = 40;
-  const TentacleActuation first = TentacleActuation::Make(gripper, 5, 0, 0).value();
+  const TentacleActuation first = TentacleActuation::Make(gripper, false, 5, 0, 0).value();
   EXPECT_EQ(first.PullAt(0), 0);
   EXPECT_EQ(first.PullAt(100), 0.3);
   const double rate = (first.PullAt(4) - first.PullAt(3)) / 1;
   EXPECT_NEAR(rate, 0.03, 0.001875);
   // Half-way between table entries it is still the fold's own curvature.
-  Eigen::Matrix3Xd at(3, 39);
   const double pull = 0.2005;
-  first.RestCurvature(pull, at);
+  const TentacleActuation::Place place = first.PlaceOf(pull);
+  const Eigen::Matrix3Xd at =
+      ((1 - place.share) * first.Entry(place.entry) + place.share * first.Entry(place.entry + 1))
+          .rightCols(39);
   const TentacleLayout layout = LayOut(gripper.design).value();
   const Fold fold = SolveFold(gripper.design, pull).value();
   const RestCurvature exact = RestCurvatureOf(

@@ -1,0 +1,32 @@
+#pragma once
+// The shape at which a rod rests, without stepping there: base held, tip free, loads that keep their
+// direction.
+//
+// Such a rod carries in each element the sum of the forces beyond it, whatever its shape. That leaves the
+// elements' directions, of which each meets only its neighbours: Newton's method on a block tridiagonal
+// system, on the energy that remains when every element has the strain of its force.
+
+#include <Eigen/Core>
+
+#include "model/result.h"
+#include "model/rods/rod.h"
+
+namespace tendril {
+
+struct StaticAccount {
+  int iterations = 0;
+  double residual = 0;  // largest couple left on an element, as a share of the largest that bending makes
+};
+
+// Moves directors and nodes to the stable equilibrium that descent leads to from the directors at hand;
+// velocities and spins become 0. With a tip couple, which has no energy, to the equilibrium that Newton's
+// method leads to. Counts the rod's rest curvature and strain, base frame and tip couple.
+//   force    on nodes, N                                                                    (3, N+1)
+//   returns  couples balanced to kStaticResidual
+//   errors   kBadInput    a base that is not held by its frame, a tip that is held, forces not finite
+//            kUnreachable no equilibrium within 200 iterations
+Result<StaticAccount> SettleRod(Rod& rod, const Eigen::Ref<const Eigen::Matrix3Xd>& force);
+
+inline constexpr double kStaticResidual = 1e-10;
+
+}  // namespace tendril

@@ -1,0 +1,289 @@
+#include "model/scene/plan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "model/geometry/segment_distance.h"
+
+namespace tendril {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+// Of the limit of linear oscillation, 2 / omega: measured for rods that coil (docs/rods.md, "Step").
+constexpr double kOfLinear = 0.9;
+constexpr double kStandardShare = 0.75, kFastShare = 0.9;
+constexpr double kPaperStep = 2e-5;
+// Overlap that contact is reckoned to reach, as a share of a radius, and contacts on a node at once.
+constexpr double kReckonedOverlap = 0.1, kReckonedContacts = 4;
+
+// The strongest rest curvature that an inner node is driven to, 1/m.
+double RestCurvatureAt(const Driven& d, Index inner_node) {
+  if (!d.actuation) return std::max(d.plain->rest_curvature.norm(), d.plain->design.start_curvature.norm());
+  return d.actuation->Entry(d.actuation->entries() - 1).col(inner_node + 1).norm();
+}
+
+// Of stretch and shear, the most that a rod's length changes by anywhere: by weight and loads, and, where it
+// touches something, by what its bending can press with, B kappa0^2.
+struct ReckonedStrains {
+  double stretch = 0, shear = 0;
+};
+ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
+  const Rod& rod = d.rod;
+  const double length = rod.rest_length.sum();
+  double beyond = d.tip_force.norm();
+  ReckonedStrains strains;
+  for (Index i = rod.elements(); i-- > 0;) {
+    beyond += rod.mass[i + 1] * scene.gravity.norm();
+    const Index inner = std::min<Index>(i, rod.bend_stiffness.cols() - 1);
+    const double bending = rod.bend_stiffness.col(inner).head<2>().maxCoeff();
+    double force = beyond;
+    if (touches) force += bending * RestCurvatureAt(d, inner) * RestCurvatureAt(d, inner);
+    // Both ends are led: what buckles the rod between them.
+    if (rod.tip.hold != EndHold::kFree) {
+      force += 4 * std::numbers::pi * std::numbers::pi * bending / (length * length);
+    }
+    strains.stretch = std::max(strains.stretch, force / rod.shear_stiffness(2, i));
+    strains.shear = std::max(strains.shear, force / rod.shear_stiffness(0, i));
+  }
+  return strains;
+}
+
+// Nothing pushes the rod out of the plane across `axis`, about which it bends.
+bool StaysInAPlane(const Scene& scene, const Driven& d) {
+  if (d.actuation || scene.rods.size() != 1 || scene.gripper || !scene.objects.empty()) return false;
+  const SceneRod& rod = *d.plain;
+  const Eigen::Matrix3d& frame = d.rod.directors.front();
+  for (const Index k : {0, 1}) {
+    const Vector3d axis = frame.row(k).transpose();
+    const auto about_axis = [&](const Vector3d& body) { return body[1 - k] == 0 && body.z() == 0; };
+    const auto across = [&](const Vector3d& lab) { return std::abs(lab.dot(axis)) <= 1e-12 * lab.norm(); };
+    const auto along = [&](const Vector3d& lab) { return lab.cross(axis).norm() <= 1e-12 * lab.norm(); };
+    if (about_axis(rod.rest_curvature) && about_axis(rod.design.start_curvature) &&
+        about_axis(rod.tip_couple) && across(scene.gravity) && across(rod.tip_force) &&
+        across(rod.velocity) && along(rod.spin) && across(rod.base_motion.velocity) &&
+        along(rod.base_motion.spin) && across(rod.tip_motion.velocity) && along(rod.tip_motion.spin)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+struct Planner {
+  const Scene& scene;
+  const std::vector<Driven>& rods;
+  bool full;
+  SimulationPlan plan;
+
+  bool Decide(const char* name, bool needed, std::string why) {
+    const bool on = needed || full;
+    plan.terms.push_back({name, on, full && !needed ? "--full; else off: " + why : std::move(why)});
+    return on;
+  }
+
+  void Contacts() {
+    const auto reach = [](const Driven& d) { return d.rod.rest_length.sum() + d.rod.radius.maxCoeff(); };
+    const double moves = CarrierGrowthAt(scene, rods, HUGE_VAL).by;
+    // A rod that nothing holds, or whose end is moved, may go anywhere.
+    const auto far = [&](const Driven& d) {
+      const bool moved = d.plain != nullptr && d.plain->base_motion.until > d.plain->base_motion.from;
+      return d.rod.base.hold != EndHold::kFree && !moved ? reach(d) + moves : HUGE_VAL;
+    };
+    double room = HUGE_VAL, object_room = HUGE_VAL, turning = 0;
+    std::size_t meet = 0, pairs = 0;
+    for (std::size_t a = 0; a < rods.size(); ++a) {
+      const Vector3d& from = rods[a].base_start;
+      for (std::size_t b = 0; b < a; ++b, ++pairs) {
+        const double gap = (from - rods[b].base_start).norm() - far(rods[a]) - far(rods[b]);
+        room = std::min(room, gap);
+        meet += gap <= 0 ? 1 : 0;
+      }
+      for (const SceneObject& object : scene.objects) {
+        const double distance =
+            ClosestOfSegments(from, from, object.body.start, object.body.end).apart.norm();
+        object_room = std::min(object_room, distance - object.body.radius - far(rods[a]));
+      }
+      const bool driven = rods[a].actuation || rods[a].rod.tip.hold != EndHold::kFree;
+      turning =
+          std::max(turning, driven ? HUGE_VAL : RestCurvatureAt(rods[a], 0) * rods[a].rod.rest_length.sum());
+    }
+    const auto apart = [](double gap) {
+      return gap > 0 ? "nothing comes nearer than " + ShortNumber(gap) + " m" : std::string("they can meet");
+    };
+    if (rods.size() > 1) {
+      plan.rod_contact = Decide("contact of rods", room <= 0,
+                                room > 0 ? apart(room)
+                                         : std::to_string(meet) + " of " + std::to_string(pairs) +
+                                               " pairs are nearer to each other than they are long");
+    }
+    if (!scene.objects.empty()) {
+      plan.object_contact = Decide("contact with the object", object_room <= 0, apart(object_room));
+    }
+    plan.self_contact =
+        Decide("contact of a rod with itself", turning > std::numbers::pi,
+               std::isfinite(turning)
+                   ? "a rod turns by " + ShortNumber(turning) + " rad; less than half a turn does not close"
+                   : std::string("a tentacle coils, or both ends of a rod are led"));
+    if (scene.level != SimulationLevel::kStatic) return;
+    for (bool* on : {&plan.rod_contact, &plan.self_contact, &plan.object_contact}) *on = false;
+  }
+
+  // How much softer a rod's stretch and shear, and how much larger its rotary inertia may be: each strain
+  // counts where the forces that the rod is reckoned to carry change its length by more than the tolerance.
+  void Strains() {
+    double stretch = 0, shear = 0, rotary = HUGE_VAL;
+    bool planar = true;
+    const bool touches = plan.rod_contact || plan.self_contact || plan.object_contact;
+    for (const Driven& d : rods) {
+      const ReckonedStrains strains = StrainsOf(scene, d, touches);
+      stretch = std::max(stretch, strains.stretch);
+      shear = std::max(shear, strains.shear);
+      // Rotary inertia slows a wave of wave number k by (k r)^2 / 8; the tenth bending mode is the last to
+      // count.
+      const double wave = 10 * std::numbers::pi / d.rod.rest_length.sum() * d.rod.radius.maxCoeff();
+      rotary = std::min(rotary, 8 * kPlanTolerance / (wave * wave));
+      planar = planar && StaysInAPlane(scene, d);
+      if (scene.gripper && scene.gripper->shortening == Shortening::kTrue) stretch = HUGE_VAL;
+    }
+    const auto off_by = [](double strain) {
+      return "forces change lengths by at most " + ShortNumber(100 * strain) + " %";
+    };
+    const bool exact = scene.level == SimulationLevel::kPaper || scene.level == SimulationLevel::kStatic;
+    const auto decide = [&](const char* name, double strain, double& relief) {
+      const bool needed = exact || strain > 0.5 * kPlanTolerance;
+      if (!Decide(name, needed, exact ? "the level takes the rods as they are" : off_by(strain))) {
+        relief = std::max(1.0, kPlanTolerance / std::max(strain, 1e-12 * kPlanTolerance));
+      }
+    };
+    decide("stretch", stretch, plan.relief.stretch);
+    decide("shear", shear, plan.relief.shear);
+    Decide("twist", !planar, planar ? "nothing pushes the rod out of its plane" : "rods bend in space");
+    const bool rotary_needed = exact || rotary < 2;
+    if (!Decide("rotary inertia", rotary_needed,
+                exact ? "the level takes the rods as they are"
+                      : "it slows the tenth bending mode by " + ShortNumber(100 * kPlanTolerance / rotary) +
+                            " %")) {
+      plan.relief.rotary_inertia = rotary;
+    }
+  }
+
+  // Each relief only as large as it makes the step longer: all limits meet at that of the strongest term.
+  void Step() {
+    const bool paper = scene.level == SimulationLevel::kPaper;
+    const bool contact = plan.rod_contact || plan.self_contact || plan.object_contact;
+    const double stiffness = contact ? scene.contact.stiffness : 0;
+    const RodRelief most = plan.relief;
+    plan.relief = {};
+    const auto steps_with = [&](const RodRelief& relief) {
+      StableSteps least{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+      for (const Driven& d : rods) {
+        Rod rod = d.rod;
+        ApplyRelief(relief, rod);
+        const StableSteps steps = StableStepsOf(rod, stiffness);
+        least = {std::min(least.stretch, steps.stretch), std::min(least.bend, steps.bend),
+                 std::min(least.twist, steps.twist), std::min(least.shear, steps.shear),
+                 std::min(least.contact, steps.contact)};
+      }
+      return least;
+    };
+    for (int round = 0; round < 200; ++round) {
+      const StableSteps steps = steps_with(plan.relief);
+      const double least = steps.Least();
+      RodRelief next = plan.relief;
+      if (steps.stretch <= least * 1.0001) next.stretch = std::min(most.stretch, 1.1 * next.stretch);
+      if (std::min({steps.bend, steps.twist, steps.shear}) <= least * 1.0001) {
+        next.rotary_inertia = std::min(most.rotary_inertia, 1.1 * next.rotary_inertia);
+      }
+      if (steps.shear <= least * 1.0001) next.shear = std::min(most.shear, 1.1 * next.shear);
+      if (!(steps_with(next).Least() > least * 1.0001)) break;
+      plan.relief = next;
+    }
+    if (scene.level == SimulationLevel::kFast) plan.relief.mass = FastMass();
+    const StableSteps steps = steps_with(plan.relief);
+    const double least = steps.Least();
+    const double share = scene.level == SimulationLevel::kFast ? kFastShare : kStandardShare;
+    plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? kPaperStep : share * least;
+    const char* const what = least == steps.stretch ? "stretch"
+                             : least == steps.bend  ? "bending"
+                             : least == steps.twist ? "twist"
+                             : least == steps.shear ? "shear"
+                                                    : "contact";
+    plan.step_why = scene.time_step > 0 ? "the scene's time_step"
+                    : paper ? "the paper's; " + ShortNumber(least) + " s are stable, as " + what + " has it"
+                            : ShortNumber(share) + " of the stable " + ShortNumber(least) + " s of " + what;
+  }
+
+  // Where damping is strong, rods creep: inertia may be this many times as large without being felt. The
+  // slowest motion that counts takes half a second.
+  double FastMass() const {
+    double least = HUGE_VAL;
+    for (const Driven& d : rods) {
+      const double rate = 2 * std::numbers::pi / 0.5;
+      least = std::min(least, std::clamp(d.damping / rate * 2, 1.0, 16.0));
+    }
+    return least;
+  }
+};
+
+}  // namespace
+
+std::string ShortNumber(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
+  return {text, end.ptr};
+}
+
+double StableSteps::Least() const { return std::min({stretch, bend, twist, shear, contact}); }
+
+StableSteps StableStepsOf(const Rod& rod, double contact_stiffness) {
+  StableSteps steps{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  for (Index i = 0; i < rod.elements(); ++i) {
+    const double l = rod.rest_length[i];
+    const Index inner = std::min<Index>(i, rod.bend_stiffness.cols() - 1);
+    // An end node has half a mass, but one element beside it only.
+    const double mass = std::max(rod.mass[i], rod.mass[i + 1]);
+    const double across = rod.shear_stiffness(0, i), j1 = rod.inertia(0, i), j3 = rod.inertia(2, i);
+    // omega^2 of the shortest wave of each kind; bending elements are also held by shear, and pushed nodes by
+    // contact.
+    const double stretch = 4 * rod.shear_stiffness(2, i) / (l * mass);
+    const double bend = 4 * rod.bend_stiffness(0, inner) / (l * j1);
+    const double twist = 4 * rod.bend_stiffness(2, inner) / (l * j3);
+    const double shear = std::max(4 * across / (l * mass), l * across / j1);
+    const double push = 1.5 * contact_stiffness * std::sqrt(kReckonedOverlap * rod.radius[i]);
+    const double contact = kReckonedContacts * push / mass + 4 * across / (l * mass);
+    const auto least = [](double& step, double square) {
+      step = std::min(step, kOfLinear * 2 / std::sqrt(square));
+    };
+    least(steps.stretch, stretch);
+    least(steps.bend, bend);
+    least(steps.twist, twist);
+    least(steps.shear, shear);
+    if (contact_stiffness > 0) least(steps.contact, contact);
+  }
+  return steps;
+}
+
+void ApplyRelief(const RodRelief& relief, Rod& rod) {
+  rod.shear_stiffness.topRows<2>() /= relief.shear;
+  rod.shear_stiffness.row(2) /= relief.stretch;
+  rod.inertia *= relief.rotary_inertia * relief.mass;
+  rod.mass *= relief.mass;
+}
+
+Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
+  const Result<std::vector<Driven>> made = MakeRods(scene, 0);
+  if (!made.ok()) return made.error();
+  if (made.value().empty()) return Error{ErrorKind::kBadInput, "a scene needs a [gripper] or a [[rod]]"};
+  Planner planner{scene, made.value(), full, {}};
+  planner.Contacts();
+  planner.Strains();
+  planner.Step();
+  planner.plan.terms.push_back(
+      {"gravity", scene.gravity.norm() > 0, ShortNumber(scene.gravity.norm()) + " m/s^2"});
+  return planner.plan;
+}
+
+}  // namespace tendril

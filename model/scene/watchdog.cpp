@@ -1,0 +1,179 @@
+#include "model/scene/watchdog.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "model/geometry/segment_distance.h"
+#include "model/scene/plan.h"
+
+namespace tendril {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+Divergence At(const Driven& driven, Index element, std::string why) {
+  Divergence found;
+  found.rod = driven.name;
+  found.element = element;
+  found.why = std::move(why);
+  return found;
+}
+
+// Half of E A sigma0^2 and B kappa0^2 over the length, J.
+double StoredAtMost(const Scene& scene, const Driven& d) {
+  double energy = 0;
+  const double strain = scene.gripper && scene.gripper->shortening == Shortening::kTrue && d.actuation
+                            ? scene.gripper->pull
+                            : 0;
+  for (Index i = 0; i < d.rod.elements(); ++i) {
+    energy += 0.5 * d.rod.shear_stiffness(2, i) * strain * strain * d.rod.rest_length[i];
+  }
+  for (Index i = 0; i + 1 < d.rod.elements(); ++i) {
+    Vector3d curvature;
+    if (d.actuation) {
+      curvature = d.actuation->Entry(d.actuation->entries() - 1).col(i + 1);
+    } else {
+      const Vector3d start = d.plain->design.start_curvature;
+      curvature = d.plain->rest_curvature.cwiseAbs() + start.cwiseAbs();
+    }
+    energy += 0.5 * RestVoronoi(d.rod, i) * d.rod.bend_stiffness.col(i).dot(curvature.cwiseAbs2());
+  }
+  return energy;
+}
+
+// What leading both ends of a rod can store: bending to the tightest coil that half its elements allow.
+double StoredByMotion(const Driven& d) {
+  if (d.plain == nullptr) return 0;
+  double energy = 0;
+  const double length = d.rod.rest_length.sum();
+  for (const EndMotion* motion : {&d.plain->base_motion, &d.plain->tip_motion}) {
+    const double time = std::max(0.0, motion->until - motion->from);
+    const double turned = motion->spin.norm() * time;
+    const double stiff = d.rod.bend_stiffness.maxCoeff();
+    energy +=
+        0.5 * stiff * turned * turned / length + 0.5 * d.rod.mass.sum() * motion->velocity.squaredNorm();
+    const double moved = motion->velocity.norm() * time;
+    if (d.rod.tip.hold != EndHold::kFree) {
+      energy += 40 * stiff / length * std::min(1.0, moved / length) +
+                0.5 * d.rod.shear_stiffness.row(2).maxCoeff() * moved * moved / length;
+    }
+  }
+  return energy;
+}
+
+}  // namespace
+
+std::string Divergence::Sentence() const {
+  return "at " + ShortNumber(time) + " s, " + rod + ", element " + std::to_string(element) + ": " + why;
+}
+
+double KineticEnergy(const Rod& rod) {
+  double energy = 0;
+  for (Index i = 0; i < rod.mass.size(); ++i) {
+    energy += 0.5 * rod.mass[i] * rod.velocity.col(i).squaredNorm();
+  }
+  for (Index i = 0; i < rod.elements(); ++i) {
+    energy += 0.5 * rod.inertia.col(i).dot(rod.spin.col(i).cwiseAbs2());
+  }
+  return energy;
+}
+
+double EnergyBudget(const Scene& scene, const std::vector<Driven>& rods) {
+  double budget = 0;
+  for (const Driven& d : rods) {
+    const double fall = 2 * d.rod.rest_length.sum();
+    budget += KineticEnergy(d.rod) + StoredAtMost(scene, d) + StoredByMotion(d) +
+              fall * (d.rod.mass.sum() * scene.gravity.norm() + d.tip_force.norm()) +
+              2 * std::numbers::pi * d.rod.tip_couple.norm();
+  }
+  return budget;
+}
+
+std::optional<Divergence> FindNotFinite(const std::vector<Driven>& rods, const std::vector<Rod>& at) {
+  for (std::size_t r = 0; r < at.size(); ++r) {
+    for (Index i = 0; i < at[r].mass.size(); ++i) {
+      const Index element = std::min(i, at[r].elements() - 1);
+      const Vector3d spin = at[r].spin.col(element);
+      if (at[r].position.col(i).allFinite() && at[r].velocity.col(i).allFinite() && spin.allFinite())
+        continue;
+      return At(rods[r], element, "a position or a speed is not finite");
+    }
+  }
+  return std::nullopt;
+}
+
+Divergence FindFarTurned(const std::vector<Driven>& rods, const std::vector<Rod>& at, double time_step) {
+  double most = -1;
+  Divergence found;
+  for (std::size_t r = 0; r < at.size(); ++r) {
+    const Rod& rod = at[r];
+    for (Index i = 0; i < rod.elements(); ++i) {
+      // Each as a share of what the kernel allows.
+      const double turned = (time_step * rod.spin.col(i)).norm();
+      double against = 0;
+      if (i + 1 < rod.elements()) against = (RestVoronoi(rod, i) * CurvatureOf(rod, i)).norm();
+      if (turned / 1.0 > most) {
+        most = turned;
+        found = At(rods[r], i, "it turns by " + ShortNumber(turned) + " rad in a step");
+      }
+      if (against / 1.6 > most) {
+        most = against / 1.6;
+        found = At(rods[r], i, "the next element is turned by " + ShortNumber(against) + " rad against it");
+      }
+    }
+  }
+  return found;
+}
+
+Divergence FindFastest(const std::vector<Driven>& rods, const std::vector<Rod>& at) {
+  double most = -1;
+  Divergence found;
+  for (std::size_t r = 0; r < at.size(); ++r) {
+    for (Index i = 0; i < at[r].elements(); ++i) {
+      const double speed = at[r].velocity.col(i + 1).norm();
+      if (!(speed > most)) continue;
+      most = speed;
+      found = At(rods[r], i, "it moves at " + ShortNumber(speed) + " m/s");
+    }
+  }
+  return found;
+}
+
+Divergence FindDeepest(const std::vector<Driven>& rods, const std::vector<Rod>& at,
+                       const std::vector<SceneObject>& objects) {
+  double least = HUGE_VAL;
+  Divergence found;
+  const auto look = [&](std::size_t r, Index i, const Vector3d& start, const Vector3d& end, double radius,
+                        const std::string& other) {
+    const Rod& rod = at[r];
+    const double distance =
+        ClosestOfSegments(rod.position.col(i), rod.position.col(i + 1), start, end).apart.norm();
+    const double share = distance / (PresentRadius(rod, i) + radius);
+    if (!(share < least)) return;
+    least = share;
+    found = At(rods[r], i,
+               "its axis is " + ShortNumber(1e3 * distance) + " mm from that of " + other + ", " +
+                   ShortNumber(share) + " of the radii's sum");
+  };
+  for (std::size_t r = 0; r < at.size(); ++r) {
+    for (Index i = 0; i < at[r].elements(); ++i) {
+      for (std::size_t o = 0; o < objects.size(); ++o) {
+        const FixedBody& body = objects[o].body;
+        look(r, i, body.start, body.end, body.radius, "object " + std::to_string(o));
+      }
+      for (std::size_t other = 0; other <= r; ++other) {
+        const Rod& b = at[other];
+        for (Index j = other == r ? FirstThatMayTouch(b, i) : 0; j < b.elements(); ++j) {
+          look(r, i, b.position.col(j), b.position.col(j + 1), PresentRadius(b, j),
+               rods[other].name + ", element " + std::to_string(j));
+        }
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace tendril
