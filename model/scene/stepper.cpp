@@ -275,18 +275,11 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
 
 void Stepper::AddContact() {
   for (Batch& batch : batches_) {
-    for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
-      contacts_->Put(batch.members[lane], batch.lanes->positions().data() + lane,
-                     batch.lanes->velocities().data() + lane, kRodLanes);
-    }
+    contacts_->PutLanes(batch.members, batch.lanes->positions().data(), batch.lanes->velocities().data());
   }
   // Positions that are not finite are found by the rods themselves, in the kick that follows.
   if (!contacts_->Find()) return;
-  for (Batch& batch : batches_) {
-    for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
-      contacts_->AddForces(batch.members[lane], batch.lanes->forces().data() + lane, kRodLanes);
-    }
-  }
+  for (Batch& batch : batches_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
 }
 
 std::optional<Divergence> Stepper::StepLanes() {

@@ -1,0 +1,271 @@
+// How a ContactList chooses what to look at: neighbours within a wide margin, and of these the pairs that may
+// press on each other soon.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/rods/contact_list.h"
+#include "model/rods/rod_lanes.h"
+
+namespace tendril {
+namespace {
+
+constexpr int kRun = 8;
+constexpr int kNode = 3 * kRodLanes;  // numbers of a node of eight rods side by side
+constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+// How far a node may go until pairs are chosen anew: as far as it would in so many steps like those since
+// they were last chosen, or a share of what the fastest may, so that choosing costs less than the steps
+// between; but, as a share of the thinnest radius, not so far that many pairs are looked at in vain. The same
+// for how much an edge may change.
+constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
+// Beyond this an element's reach may grow until neighbours are sought anew, as a share of the thinnest
+// radius.
+constexpr double kMargin = 0.15;
+
+}  // namespace
+
+contact_kernel::Law ContactList::KernelsLaw() const {
+  return contact_.law == ContactLaw::kHertzSegments ? contact_kernel::kSegments
+         : contact_.law == ContactLaw::kHertzEqual  ? contact_kernel::kEqual
+                                                    : contact_kernel::kCenters;
+}
+
+// Node's positions and what they are allowed, with padding.
+void ContactList::LayInARow() {
+  for (std::size_t r = 0; r < rods_; ++r) {
+    const Strand& strand = strands_[r];
+    const int last = strand.place + strand.elements;
+    for (int k = 0; k < 3; ++k) {
+      double* const x = At(static_cast<Row>(kX + k));
+      const double* from = nodes_.data() + strand.lane + k * kRodLanes;
+      for (int i = strand.place; i <= last; ++i, from += kNode) x[i] = *from;
+      x[strand.place - 1] = x[strand.place];
+      x[last + 1] = x[last];
+    }
+    const std::size_t lane = static_cast<std::size_t>(strand.lane);
+    const std::size_t first = (lane - lane % kRodLanes) / 3 + lane % kRodLanes;
+    const double *from = allowed_.data() + first, *edge_from = edge_allowed_.data() + first;
+    double *const allowed = At(kAllowed), *const edge_allowed = At(kEdgeAllowed);
+    for (int i = strand.place; i <= last; ++i, from += kRodLanes) allowed[i] = *from;
+    for (int i = strand.place; i < last; ++i, edge_from += kRodLanes) edge_allowed[i] = *edge_from;
+  }
+}
+
+// How far nodes may go, and edges change, from where they are now.
+void ContactList::Allow() {
+  const double most = kMostAllowed * thinnest_, least = kLeastAllowed * thinnest_;
+  double farthest = 0, farthest_edge = 0;
+  for (const Eight& eight : eights_) {
+    if (eight.strands[0] >= rods_) continue;
+    for (std::size_t rod = 0; rod < eight.strands.size(); ++rod) {
+      double last[3] = {};
+      for (int node = 0; node <= eight.elements; ++node) {
+        const std::size_t at = static_cast<std::size_t>(eight.lane + kNode * node) + rod;
+        const std::size_t to = static_cast<std::size_t>(eight.lane / 3 + kRodLanes * node) + rod;
+        double square = 0, edge_square = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const double way = nodes_[at + kRodLanes * k] - reference_[at + kRodLanes * k];
+          square += way * way;
+          edge_square += (way - last[k]) * (way - last[k]);
+          last[k] = way;
+        }
+        allowed_[to] = square;
+        farthest = std::max(farthest, square);
+        if (node == 0) continue;
+        edge_allowed_[to - kRodLanes] = edge_square;
+        farthest_edge = std::max(farthest_edge, edge_square);
+      }
+    }
+  }
+  std::copy(nodes_.begin(), nodes_.end(), reference_.begin());
+  const double ahead = std::pow(kStepsAhead / std::max(steps_, 1), 2);
+  const auto limit = [&](std::vector<double>& squares, double longest) {
+    const double lowest = std::clamp(kSlowest * kSlowest * ahead * longest, least * least, most * most);
+    for (double& square : squares) {
+      // After ForgetList, nothing is known of steps.
+      square = forgotten_ ? least * least : std::min(std::max(ahead * square, lowest), most * most);
+    }
+  };
+  limit(allowed_, farthest);
+  limit(edge_allowed_, farthest_edge);
+  steps_ = 0;
+}
+
+void ContactList::ChoosePairs() {
+  Allow();
+  LayInARow();
+  contact_kernel::Row row{};
+  row.law = KernelsLaw();
+  row.size = rod_places_;
+  row.x = At(kX), row.y = At(kY), row.z = At(kZ);
+  row.rest_radius = At(kRestRadius), row.rest_length = At(kRestLength), row.allowed = At(kAllowed);
+  row.edge_allowed = At(kEdgeAllowed);
+  row.old_x = At(kOldX), row.old_y = At(kOldY), row.old_z = At(kOldZ), row.old_reach = At(kOldReach);
+  row.center_x = At(kCenterX), row.center_y = At(kCenterY), row.center_z = At(kCenterZ);
+  row.inverse_square = At(kInverseSquare);
+  row.drift = At(kDrift), row.turn = At(kTurn), row.span = At(kSpan), row.fat = At(kFat),
+  row.bound = At(kBound);
+  contact_kernel::KernelsOfThisMachine().measure(row);
+  if (forgotten_ || row.strayed > 0) MakeNeighbours();
+  one_.clear();
+  other_.clear();
+  constants_.clear();
+  row.element = element_.data(), row.first = first_.data(), row.runs = runs_.data();
+  found_one_.resize(std::max(found_one_.size(), kRun * runs_.size()));
+  found_other_.resize(found_one_.size());
+  row.one = found_one_.data(), row.other = found_other_.data();
+  row.to = static_cast<int>(rod_elements_);
+  AddPairs(row, false);
+  rod_pairs_ = one_.size();
+  row.from = row.to, row.to = static_cast<int>(element_.size());
+  AddPairs(row, true);
+  forgotten_ = left_ = false;
+}
+
+// Filled up to a whole eight with copies of the last that have no radius.
+void ContactList::AddPairs(contact_kernel::Row& row, bool bodies) {
+  using namespace contact_kernel;
+  row.pairs = 0;
+  KernelsOfThisMachine().choose(row, bodies);
+  const int eights = (row.pairs + kRun - 1) / kRun;
+  std::size_t to = constants_.size();
+  constants_.resize(to + static_cast<std::size_t>(eights * kRun * kConstants));
+  const double *radius = At(kRestRadius), *length = At(kRestLength);
+  const double *share = At(kNodeShare), *rule = At(kEndShare);
+  for (int p = 0; p < eights * kRun; ++p, ++to) {
+    const bool filling = p >= row.pairs;
+    const int from = filling ? row.pairs - 1 : p, i = row.one[from], j = row.other[from];
+    one_.push_back(lane_of_place_[static_cast<std::size_t>(i)]);
+    other_.push_back(lane_of_place_[static_cast<std::size_t>(j)]);
+    const double nothing = std::numeric_limits<double>::quiet_NaN();
+    double* const constants = constants_.data() + to;
+    const auto put = [&](Constant which, double value) { constants[kRun * which] = value; };
+    put(kOneRadius, radius[i]);
+    put(kOneLength, length[i]);
+    put(kOneStart, share[i]);
+    put(kOneEnd, share[i + 1]);
+    put(kOneRule, rule[i]);
+    put(kOtherRadius, filling ? nothing : radius[j]);
+    put(kOtherLength, length[j]);
+    put(kOtherStart, share[j]);
+    put(kOtherEnd, share[j + 1]);
+    put(kOtherRule, rule[j]);
+    if (p % kRun == kRun - 1) to += kRun * (kConstants - 1);
+  }
+}
+
+// Runs of eight elements of places [from, to) of which one at least may come to touch.
+void ContactList::AddRuns(int element, int from, int to) {
+  const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *others = At(kOldReach);
+  const double cx = x[element], cy = y[element], cz = z[element], reach = others[element];
+  const auto near = [&](int j) {
+    const double dx = x[j] - cx, dy = y[j] - cy, dz = z[j] - cz, together = reach + others[j];
+    return dx * dx + dy * dy + dz * dz < together * together;
+  };
+  int j = from;
+  while (j < to) {
+    if (j % kRun == 0) {
+      const auto run = static_cast<std::size_t>(j / kRun);
+      const double dx = run_x_[run] - cx, dy = run_y_[run] - cy, dz = run_z_[run] - cz;
+      const double together = reach + run_reach_[run];
+      if (!(dx * dx + dy * dy + dz * dz < together * together)) {
+        j += kRun;
+        continue;
+      }
+    }
+    if (!near(j)) {
+      ++j;
+      continue;
+    }
+    // Runs start where something is near, so that fewer reach what is not.
+    runs_.push_back(j);
+    j += kRun;
+  }
+}
+
+// Strands whose boxes meet, by the later of the two: in the order of their boxes' lower ends along x, of each
+// only those are looked at that start before it ends.
+void ContactList::FindPartners() {
+  const auto meet = [](const Box& a, const Box& b) {
+    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+  };
+  order_.resize(strands_.size());
+  for (std::size_t r = 0; r < order_.size(); ++r) order_[r] = r;
+  std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+    return boxes_[a].low.x() != boxes_[b].low.x() ? boxes_[a].low.x() < boxes_[b].low.x() : a < b;
+  });
+  for (std::vector<std::size_t>& partners : partners_) partners.clear();
+  for (std::size_t m = 0; m < order_.size(); ++m) {
+    for (std::size_t k = m + 1; k < order_.size() && boxes_[order_[k]].low.x() <= boxes_[order_[m]].high.x();
+         ++k) {
+      const std::size_t a = std::max(order_[m], order_[k]), b = std::min(order_[m], order_[k]);
+      const bool body = a >= rods_;
+      if (b >= rods_ || (body ? !pairs_.bodies : !pairs_.rods) || !meet(boxes_[a], boxes_[b])) continue;
+      partners_[a].push_back(b);
+    }
+  }
+  for (std::vector<std::size_t>& partners : partners_) std::sort(partners.begin(), partners.end());
+}
+
+void ContactList::MakeNeighbours() {
+  ++lists_;
+  const std::size_t runs = static_cast<std::size_t>(rod_places_) / kRun;
+  run_x_.assign(runs, 0.0);
+  run_y_.assign(runs, 0.0);
+  run_z_.assign(runs, 0.0);
+  run_reach_.assign(runs, -kNothing);
+  const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ);
+  std::copy_n(x, 3 * stride_, At(kOldX));
+  double* const reach = At(kOldReach);
+  for (std::size_t i = 0; i < stride_; ++i) reach[i] = At(kBound)[i] + kMargin * thinnest_;
+  for (std::size_t r = 0; r < strands_.size(); ++r) {
+    const Strand& strand = strands_[r];
+    const int end = strand.place + strand.elements;
+    Box& box = boxes_[r];
+    box.low.setConstant(kNothing);
+    box.high.setConstant(-kNothing);
+    for (int i = strand.place; i < end; ++i) {
+      const Eigen::Vector3d center(x[i], y[i], z[i]);
+      box.low = box.low.cwiseMin((center.array() - reach[i]).matrix());
+      box.high = box.high.cwiseMax((center.array() + reach[i]).matrix());
+    }
+    if (r >= rods_) continue;
+    for (int i = strand.place; i < end; i += kRun) {
+      const auto run = static_cast<std::size_t>(i / kRun);
+      const int last = std::min(i + kRun, end), middle = (i + last) / 2;
+      run_x_[run] = x[middle];
+      run_y_[run] = y[middle];
+      run_z_[run] = z[middle];
+      for (int j = i; j < last; ++j) {
+        const double dx = x[j] - x[middle], dy = y[j] - y[middle], dz = z[j] - z[middle];
+        run_reach_[run] = std::max(run_reach_[run], std::sqrt(dx * dx + dy * dy + dz * dz) + reach[j]);
+      }
+    }
+  }
+  FindPartners();
+  element_.clear();
+  first_.clear();
+  runs_.clear();
+  for (std::size_t a = 0; a < strands_.size(); ++a) {
+    const Strand& strand = strands_[a];
+    if (a == rods_) rod_elements_ = element_.size();
+    for (int i = 0; i < strand.elements; ++i) {
+      const std::size_t before = runs_.size();
+      for (const std::size_t b : partners_[a]) {
+        AddRuns(strand.place + i, strands_[b].place, strands_[b].place + strands_[b].elements);
+      }
+      if (a < rods_ && pairs_.selves) {
+        AddRuns(strand.place + i, strand.place + strand.may_touch[static_cast<std::size_t>(i)],
+                strand.place + strand.elements);
+      }
+      if (runs_.size() == before) continue;
+      element_.push_back(strand.place + i);
+      first_.push_back(static_cast<int>(before));
+    }
+  }
+  if (strands_.size() == rods_) rod_elements_ = element_.size();
+  first_.push_back(static_cast<int>(runs_.size()));
+}
+
+}  // namespace tendril
