@@ -77,20 +77,22 @@ Hinge HingeOf(const Matrix3d& before, const Matrix3d& behind, const Vector3d& st
 class Settler {
  public:
   Settler(Rod& rod, const Eigen::Ref<const Matrix3Xd>& force)
-      : rod_(rod), n_(rod.elements()), carried_(3, n_), scale_(0) {
+      : rod_(rod), n_(rod.elements()), carried_(3, n_) {
     Vector3d sum = Vector3d::Zero();
     for (Index i = n_; i-- > 0;) {
       sum += force.col(i + 1);
       carried_.col(i) = sum;
     }
-    for (Index i = 0; i + 1 < n_; ++i) {
-      scale_ = std::max(scale_, rod.bend_stiffness.col(i).maxCoeff() / RestVoronoi(rod, i));
-    }
+    scale_ = rod.bend_stiffness.maxCoeff() / rod.rest_length.sum();
+    hinge_ = rod.bend_stiffness.maxCoeff() / rod.rest_length.mean();
+    // Below it, rounding of the couples of hinges.
+    enough_ = kStaticResidual + 1e-15 * static_cast<double>(n_ * n_);
     gradient_.resize(3, n_);
     diagonal_.resize(static_cast<std::size_t>(n_));
     above_.resize(static_cast<std::size_t>(n_));
     below_.resize(static_cast<std::size_t>(n_));
     conservative_ = rod.tip_couple.isZero(0);
+    bends_at_base_ = rod.base.hold == EndHold::kFrame;
     turn_.resize(3, n_);
   }
 
@@ -99,11 +101,11 @@ class Settler {
     double damping = 0;
     double energy = Assemble(rod_.directors, true);
     for (; account.iterations < 200; ++account.iterations) {
-      account.residual = gradient_.colwise().norm().maxCoeff() / scale_;
-      if (account.residual <= kStaticResidual) return account;
+      account.residual = gradient_.colwise().norm().sum() / scale_;
+      if (account.residual <= enough_) return account;
       if (!std::isfinite(account.residual)) break;
       if (!(conservative_ ? Solve(damping) : SolveAsItIs())) {
-        damping = std::max(4 * damping, 1e-4 * scale_);
+        damping = std::max(4 * damping, 1e-4 * hinge_);
         continue;
       }
       // An element turns by 0.6 rad at most, so that no hinge comes near half a turn unseen.
@@ -118,11 +120,11 @@ class Settler {
       // Rounding of the energy is no reason to turn back near the end.
       const double rounding = 1e-13 * (std::abs(energy) + std::abs(reached));
       if (conservative_ && !(reached <= energy + rounding)) {
-        damping = std::max(4 * damping, 1e-4 * scale_);
+        damping = std::max(4 * damping, 1e-4 * hinge_);
         continue;
       }
       rod_.directors = std::move(next);
-      damping = damping < 1e-6 * scale_ ? 0 : damping / 8;
+      damping = damping < 1e-6 * hinge_ ? 0 : damping / 8;
       energy = Assemble(rod_.directors, true);
     }
     return Error{ErrorKind::kUnreachable,
@@ -167,6 +169,7 @@ class Settler {
     for (Index i = -1; i + 1 < n_; ++i) {
       const auto e = static_cast<std::size_t>(i + 1);
       const bool base = i < 0;
+      if (base && !bends_at_base_) continue;
       const double length = base ? 0.5 * rod_.rest_length[0] : RestVoronoi(rod_, i);
       const Vector3d stiffness = base ? rod_.base.bend_stiffness : Vector3d(rod_.bend_stiffness.col(i));
       const Vector3d rest = base ? rod_.base.rest_curvature : Vector3d(rod_.rest_curvature.col(i));
@@ -182,6 +185,12 @@ class Settler {
       above_[e - 1] = -hinge.before_behind;
       below_[e - 1] = -hinge.behind_before;
       if (conservative_) above_[e - 1] = 0.5 * (above_[e - 1] + below_[e - 1].transpose());
+    }
+    if (slopes && !bends_at_base_) {
+      gradient_.col(0).setZero();
+      diagonal_[0].setIdentity();
+      above_[0].setZero();
+      below_[0].setZero();
     }
     return energy;
   }
@@ -240,8 +249,11 @@ class Settler {
   Rod& rod_;
   Index n_;
   bool conservative_ = true;
-  Matrix3Xd carried_;  // force of what is beyond, lab
-  double scale_;       // B / l, N m: the couple of a turn by a radian
+  bool bends_at_base_ = true;  // else element 0 does not turn
+  Matrix3Xd carried_;          // force of what is beyond, lab
+  double scale_;               // B / L, N m: the couple that turns the whole rod by a radian
+  double hinge_;               // B / l: and a hinge
+  double enough_;              // of the residual
   Matrix3Xd gradient_, turn_;
   std::vector<Matrix3d> diagonal_, above_, below_, factor_, across_;
 };
@@ -249,7 +261,7 @@ class Settler {
 }  // namespace
 
 Result<StaticAccount> SettleRod(Rod& rod, const Eigen::Ref<const Matrix3Xd>& force) {
-  if (rod.base.hold != EndHold::kFrame || rod.tip.hold != EndHold::kFree) {
+  if (rod.base.hold == EndHold::kFree || rod.tip.hold != EndHold::kFree) {
     return Error{ErrorKind::kBadInput, "an equilibrium is found where the base is held and the tip is free"};
   }
   if (force.cols() != rod.elements() + 1 || !force.allFinite()) {

@@ -15,15 +15,15 @@ namespace tendril {
 
 struct StaticAccount {
   int iterations = 0;
-  double residual = 0;  // largest couple left on an element, as a share of the largest that bending makes
+  double residual = 0;  // couples left on elements, summed, as a share of what bends the rod by a radian
 };
 
 // Moves directors and nodes to the stable equilibrium that descent leads to from the directors at hand;
 // velocities and spins become 0. With a tip couple, which has no energy, to the equilibrium that Newton's
 // method leads to. Counts the rod's rest curvature and strain, base frame and tip couple.
 //   force    on nodes, N                                                                    (3, N+1)
-//   returns  couples balanced to kStaticResidual
-//   errors   kBadInput    a base that is not held by its frame, a tip that is held, forces not finite
+//   returns  couples balanced to kStaticResidual, and 1e-15 N^2 that rounding leaves of N elements
+//   errors   kBadInput    a base that is free, a tip that is held, forces not finite
 //            kUnreachable no equilibrium within 200 iterations
 Result<StaticAccount> SettleRod(Rod& rod, const Eigen::Ref<const Eigen::Matrix3Xd>& force);
 

@@ -133,15 +133,32 @@ TEST(SettleRod, AnEquilibriumIsWhereTheStepperRests) {
   EXPECT_LT((rod.position - stepped.position).cwiseAbs().maxCoeff(), 1e-8);
 }
 
+// The published hold: half an element that does not bend.
+TEST(SettleRod, HoldingTheFirstElementIsFirstOrder) {
+  const Elastica exact = BisshoppDrucker(2);
+  double before = 0;
+  for (const int elements : {50, 100, 200}) {
+    Rod rod = Cantilever(elements);
+    rod.base.hold = EndHold::kElement;
+    ASSERT_TRUE(SettleRod(rod, TipForce(rod, {0, 0, -2})).ok());
+    const double off = std::hypot(Tip(rod).z() + exact.drop, 1 - Tip(rod).x() - exact.in);
+    if (before > 0) {
+      EXPECT_NEAR(std::log2(before / off), 1, 0.05) << elements;
+    }
+    before = off;
+  }
+}
+
 TEST(SettleRod, RefusesWhatIsHeldOtherwise) {
   RodDesign design;
-  for (const EndHold base : {EndHold::kFree, EndHold::kElement}) {
-    design.base = base;
-    Rod rod = MakeRod(design).value();
-    EXPECT_FALSE(SettleRod(rod, TipForce(rod, Vector3d::Zero())).ok());
-  }
-  design.base = EndHold::kFrame;
+  design.base = EndHold::kFree;
   Rod rod = MakeRod(design).value();
+  EXPECT_FALSE(SettleRod(rod, TipForce(rod, Vector3d::Zero())).ok());
+  design.base = design.tip = EndHold::kFrame;
+  rod = MakeRod(design).value();
+  EXPECT_FALSE(SettleRod(rod, TipForce(rod, Vector3d::Zero())).ok());
+  design.tip = EndHold::kFree;
+  rod = MakeRod(design).value();
   EXPECT_FALSE(SettleRod(rod, TipForce(rod, Vector3d(NAN, 0, 0))).ok());
 }
 
