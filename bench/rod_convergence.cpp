@@ -176,8 +176,8 @@ int Draw(const std::string& folder, const std::string& convergence, const std::s
       "rod_convergence.svg'\n"
       "set multiplot layout 1,2\n"
       "set logscale xy; set xrange [20:1000]; set grid lc rgb '#dddddd'; set format y '10^{%T}'\n"
-      "set xlabel 'elements'; set ylabel 'largest error of a node, mm of 750'; set key bottom left\n"
-      "set title 'first element held (published)'; set yrange [1e-5:100]\n"
+      "set xlabel 'elements'; set ylabel 'largest error of a node, mm of 750'; set key bottom left Left reverse samplen 2 font ',11'\n"
+      "set title 'first element held (published)'; set yrange [1e-8:100]\n"
       "plot for [i=0:3] '" +
       base +
       "convergence.dat' index i using 1:2 with linespoints pt 7 ps 0.6 lw 2 lc i+1 "
@@ -192,7 +192,7 @@ int Draw(const std::string& folder, const std::string& convergence, const std::s
       "set output '" +
       base +
       "rod_energy.svg'\n"
-      "unset logscale; set xrange [0:1]; set autoscale y; set format y '%g'; set key top right\n"
+      "unset logscale; set xrange [0:1]; set autoscale y; set format y '%g'; set key top left Left reverse\n"
       "set title \"energy of a free rod, steps of 50 us\"; set xlabel 'time, s'; set ylabel 'change, %'\n"
       "plot '" +
       base + "energy.dat' index 0 with lines lw 1.5 title 'published form', '" + base +
