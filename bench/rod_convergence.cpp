@@ -176,7 +176,8 @@ int Draw(const std::string& folder, const std::string& convergence, const std::s
       "rod_convergence.svg'\n"
       "set multiplot layout 1,2\n"
       "set logscale xy; set xrange [20:1000]; set grid lc rgb '#dddddd'; set format y '10^{%T}'\n"
-      "set xlabel 'elements'; set ylabel 'largest error of a node, mm of 750'; set key bottom left Left reverse samplen 2 font ',11'\n"
+      "set xlabel 'elements'; set ylabel 'largest error of a node, mm of 750'; set key bottom left Left "
+      "reverse samplen 2 font ',11'\n"
       "set title 'first element held (published)'; set yrange [1e-8:100]\n"
       "plot for [i=0:3] '" +
       base +

@@ -38,6 +38,7 @@ struct SimulateCall {
   std::vector<double> at;
   double fps = 30;
   std::uint64_t trial = 0;
+  int threads = 1;
   bool store = false;  // in a lab
   bool plan = false;
   bool full = false;
@@ -222,6 +223,7 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   const Result<std::optional<SimulationState>> state = checkpoint.Load();
   if (!state.ok()) return state.error();
   SimulateHooks hooks;
+  hooks.threads = call.threads;
   const auto begin = Clock::now();
   hooks.progress = out.ShowProgress(scene.name, [&](double share) {
     return fmt::format("{:.3g} times real time", share * scene.duration / Since(begin));
@@ -311,6 +313,10 @@ Command MakeSimulateCommand() {
                 ->check(CLI::Range(1e-3, 1e6))
                 ->capture_default_str();
             app.add_option("--trial", call->trial, "number of the trial, for the random draws")
+                ->capture_default_str();
+            app.add_option("--threads", call->threads,
+                           "threads that share the rods, eight to each; the result is the same to the byte")
+                ->check(CLI::Range(1, 256))
                 ->capture_default_str();
             app.add_flag("--plan", call->plan, "say what the scene requires, and do not run");
             app.add_flag("--full", call->full, "switch everything on, whatever the plan says");

@@ -71,7 +71,7 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
   if (scene.level == SimulationLevel::kStatic) return Statics(scene, std::move(made).value(), times, hooks);
 
   const double whole = std::max(1.0, std::ceil(scene.duration / plan.time_step * (1 - 1e-12)));
-  Stepper stepper(scene, plan, std::move(made).value(), scene.duration / whole);
+  Stepper stepper(scene, plan, std::move(made).value(), scene.duration / whole, hooks.threads);
   const double step = stepper.time_step();
   const bool resumes = hooks.resume_from != nullptr;
   Record record(stepper.rods(), resumes ? hooks.resume_from->curves : std::vector<CurveSeries>());

@@ -37,6 +37,7 @@ struct SimulationState {
 };
 
 struct SimulateHooks {
+  int threads = 1;  // to share the rods, eight to each; the bytes do not depend on it
   Progress progress{};
   // Called after each kBlock steps, also after a stop was asked for, with a function that makes the state.
   std::function<void(const std::function<SimulationState()>&)> keep{};

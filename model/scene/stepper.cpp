@@ -47,7 +47,8 @@ void Copy(const std::vector<double>& from, Matrix3Xd& to) { std::copy(from.begin
 
 }  // namespace
 
-Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step)
+Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step,
+                 int threads)
     : scene_(scene), plan_(plan), rods_(std::move(rods)) {
   options_.form = FormOf(scene.level);
   options_.time_step = time_step;
@@ -68,6 +69,8 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
   }
   MakeBatches();
   for (Batch& batch : batches_) batch.lanes->Drift(0.5 * time_step);
+  const int crew = std::min(threads, static_cast<int>(batches_.size()));
+  if (crew > 1) crew_ = std::make_unique<Crew>(crew);
   const ContactPairs pairs{
       .rods = plan.rod_contact, .selves = plan.self_contact, .bodies = plan.object_contact};
   if (!pairs.rods && !pairs.selves && !pairs.bodies) return;
@@ -278,26 +281,31 @@ void Stepper::AddContact() {
     contacts_->PutLanes(batch.members, batch.lanes->positions().data(), batch.lanes->velocities().data());
   }
   // Positions that are not finite are found by the rods themselves, in the kick that follows.
-  if (!contacts_->Find()) return;
-  for (Batch& batch : batches_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
+  contact_found_ = contacts_->Find();
+}
+
+void Stepper::ForEachBatch(const std::function<void(Batch&)>& work) {
+  const auto one = [&](int b) { work(batches_[static_cast<std::size_t>(b)]); };
+  if (crew_) return crew_->Run(static_cast<int>(batches_.size()), one);
+  for (Batch& batch : batches_) work(batch);
 }
 
 std::optional<Divergence> Stepper::StepLanes() {
   const double step = options_.time_step;
   const double middle = (static_cast<double>(kicks_) + 0.5) * step;
   const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
-  for (Batch& batch : batches_) DriveBatch(batch, growth, middle);
-  std::optional<Divergence> found;
-  if (contacts_) {
-    AddContact();
-    if (contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
-  }
-  for (Batch& batch : batches_) {
+  ForEachBatch([&](Batch& batch) { DriveBatch(batch, growth, middle); });
+  if (contacts_) AddContact();
+  ForEachBatch([&](Batch& batch) {
+    if (contact_found_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
     batch.lanes->Kick(options_);
     batch.lanes->Drift(step);
-    if (batch.lanes->trouble().any() && !found) {
-      found.emplace().why = batch.lanes->trouble().not_finite ? "not finite" : "turned";
-    }
+  });
+  std::optional<Divergence> found;
+  if (contacts_ && contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
+  for (const Batch& batch : batches_) {
+    if (!batch.lanes->trouble().any() || found) continue;
+    found.emplace().why = batch.lanes->trouble().not_finite ? "not finite" : "turned";
   }
   return found;
 }

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "model/rods/contact_list.h"
 #include "model/rods/rod_lanes.h"
 #include "model/rods/rod_plain.h"
+#include "model/scene/crew.h"
 #include "model/scene/driven.h"
 #include "model/scene/plan.h"
 #include "model/scene/scene.h"
@@ -24,7 +27,9 @@ namespace tendril {
 class Stepper {
  public:
   // Refers to the scene. `rods` as MakeRods has them; the plan's reliefs are applied here.
-  Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step);
+  //   threads  that share the rods, eight to a part; more of them change no byte
+  Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step,
+          int threads = 1);
 
   // Kicks up to `kicks` in all, or until something goes wrong. Kick n is at time (n + 1/2) time_step.
   std::optional<Divergence> AdvanceTo(std::int64_t kicks);
@@ -67,13 +72,16 @@ class Stepper {
   void DriveBatch(Batch& batch, const CarrierGrowth& growth, double time);
   void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
   void AddContact();
+  void ForEachBatch(const std::function<void(Batch&)>& work);
 
   const Scene& scene_;
   SimulationPlan plan_;
   std::vector<Driven> rods_;
   PlainOptions options_;
   std::vector<Batch> batches_;
+  std::unique_ptr<Crew> crew_;  // null: the caller alone
   std::optional<ContactList> contacts_;
+  bool contact_found_ = false;  // in this step
   double energy_budget_ = 0;
   std::int64_t kicks_ = 0;
 };

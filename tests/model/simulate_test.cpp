@@ -157,6 +157,26 @@ TEST(Simulate, WhatIsAskedForOnTheWayChangesNothing) {
   }
 }
 
+TEST(Simulate, ThreadsChangeNoByte) {
+  Scene scene = Touching(ContactLaw::kHertzSegments);
+  scene.duration = 0.2;
+  scene.objects.clear();  // the others would start inside it
+  const std::vector<SceneRod> three = scene.rods;
+  while (scene.rods.size() < 21) {
+    SceneRod rod = three[scene.rods.size() % 3];
+    rod.design.start += Vector3d(0.09 * static_cast<double>(scene.rods.size() / 3), 0.01, 0);
+    scene.rods.push_back(rod);
+  }
+  const SimulationPlan plan = PlanScene(scene).value();
+  const Simulated one = Simulate(scene, plan, {0.1, 0.2}).value();
+  ASSERT_FALSE(one.diverged) << one.diverged->Sentence();
+  EXPECT_LT(one.least_axis_share, 1) << "nothing touched";
+  for (const int threads : {2, 3, 16}) {
+    const Simulated many = Simulate(scene, plan, {0.1, 0.2}, 0, {.threads = threads}).value();
+    ExpectSameBytes(one.curves, many.curves);
+  }
+}
+
 TEST(Simulate, AnInterruptedRunGoesOnToTheSameBytes) {
   Scene scene = Touching(ContactLaw::kHertzSegments);
   scene.duration = 0.4;
