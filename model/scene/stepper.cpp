@@ -284,10 +284,15 @@ void Stepper::AddContact() {
   contact_found_ = contacts_->Find();
 }
 
-void Stepper::ForEachBatch(const std::function<void(Batch&)>& work) {
-  const auto one = [&](int b) { work(batches_[static_cast<std::size_t>(b)]); };
-  if (crew_) return crew_->Run(static_cast<int>(batches_.size()), one);
-  for (Batch& batch : batches_) work(batch);
+template <class Work>
+void Stepper::ForEachBatch(const Work& work) {
+  if (crew_) {
+    // Two references: small enough that a std::function holds them without allocating.
+    crew_->Run(static_cast<int>(batches_.size()),
+               [this, &work](int b) { work(batches_[static_cast<std::size_t>(b)]); });
+  } else {
+    for (Batch& batch : batches_) work(batch);
+  }
 }
 
 std::optional<Divergence> Stepper::StepLanes() {

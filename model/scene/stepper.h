@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -72,7 +71,8 @@ class Stepper {
   void DriveBatch(Batch& batch, const CarrierGrowth& growth, double time);
   void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
   void AddContact();
-  void ForEachBatch(const std::function<void(Batch&)>& work);
+  template <class Work>
+  void ForEachBatch(const Work& work);
 
   const Scene& scene_;
   SimulationPlan plan_;

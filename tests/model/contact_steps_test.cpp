@@ -5,8 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -14,21 +12,7 @@
 #include "model/machine.h"
 #include "model/rods/contact_list.h"
 #include "model/rods/rod_lanes.h"
-
-namespace {
-
-long allocations = 0;
-
-}  // namespace
-
-// Not inlined, lest GCC see malloc's memory given to delete.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* const memory = std::malloc(size > 0 ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/allocation_count.h"
 
 namespace tendril {
 namespace {
@@ -36,6 +20,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
+using testing_support::allocations;
 
 constexpr double kStep = 2e-5;
 
