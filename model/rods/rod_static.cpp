@@ -74,6 +74,9 @@ Hinge HingeOf(const Matrix3d& before, const Matrix3d& behind, const Vector3d& st
   return hinge;
 }
 
+// As a share of what bending makes: curvature of the energy that counts as none, not as falling.
+constexpr double kNeutral = 1e-9;
+
 class Settler {
  public:
   Settler(Rod& rod, const Eigen::Ref<const Matrix3Xd>& force)
@@ -102,7 +105,12 @@ class Settler {
     double energy = Assemble(rod_.directors, true);
     for (; account.iterations < 200; ++account.iterations) {
       account.residual = gradient_.colwise().norm().sum() / scale_;
-      if (account.residual <= enough_) return account;
+      if (account.residual <= enough_) {
+        if (!conservative_ || Solve(kNeutral * hinge_)) return account;
+        LeaveSaddle();
+        energy = Assemble(rod_.directors, true);
+        continue;
+      }
       if (!std::isfinite(account.residual)) break;
       if (!(conservative_ ? Solve(damping) : SolveAsItIs())) {
         damping = std::max(4 * damping, 1e-4 * hinge_);
@@ -111,11 +119,7 @@ class Settler {
       // An element turns by 0.6 rad at most, so that no hinge comes near half a turn unseen.
       const double largest = turn_.colwise().norm().maxCoeff();
       if (largest > 0.6) turn_ *= 0.6 / largest;
-      std::vector<Matrix3d> next = rod_.directors;
-      for (Index i = 0; i < n_; ++i) {
-        Matrix3d& q = next[static_cast<std::size_t>(i)];
-        q = ExpSo3(-turn_.col(i)) * q;
-      }
+      std::vector<Matrix3d> next = Turned();
       const double reached = Assemble(next, false);
       // Rounding of the energy is no reason to turn back near the end.
       const double rounding = 1e-13 * (std::abs(energy) + std::abs(reached));
@@ -143,6 +147,25 @@ class Settler {
   }
 
  private:
+  std::vector<Matrix3d> Turned() const {
+    std::vector<Matrix3d> next = rod_.directors;
+    for (Index i = 0; i < n_; ++i) {
+      Matrix3d& q = next[static_cast<std::size_t>(i)];
+      q = ExpSo3(-turn_.col(i)) * q;
+    }
+    return next;
+  }
+
+  // Where nothing pulls but the energy falls to some side, as of a column beyond Euler's load: a small turn
+  // to that side, by what little pull there is, or else about d1.
+  void LeaveSaddle() {
+    if (gradient_.isZero(0)) gradient_.row(0).setConstant(kStaticResidual * scale_ / static_cast<double>(n_));
+    for (double damping = kNeutral * hinge_; !Solve(damping); damping *= 2) {
+    }
+    turn_ *= 0.01 / turn_.colwise().norm().maxCoeff();
+    rod_.directors = Turned();
+  }
+
   // e Q t: what an element's edge is in its axes, per rest length.
   Vector3d Along(const Matrix3d& q, Index i) const {
     const Vector3d stress = q * carried_.col(i);

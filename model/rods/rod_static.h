@@ -18,8 +18,9 @@ struct StaticAccount {
   double residual = 0;  // couples left on elements, summed, as a share of what bends the rod by a radian
 };
 
-// Moves directors and nodes to the stable equilibrium that descent leads to from the directors at hand;
-// velocities and spins become 0. With a tip couple, which has no energy, to the equilibrium that Newton's
+// Moves directors and nodes to the stable equilibrium that descent leads to from the directors at hand; where
+// they balance but would not stay, as a straight column beyond Euler's load, to what lies beside them.
+// Velocities and spins become 0. With a tip couple, which has no energy, to the equilibrium that Newton's
 // method leads to. Counts the rod's rest curvature and strain, base frame and tip couple.
 //   force    on nodes, N                                                                    (3, N+1)
 //   returns  couples balanced to kStaticResidual, and 1e-15 N^2 that rounding leaves of N elements

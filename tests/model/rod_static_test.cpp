@@ -149,6 +149,29 @@ TEST(SettleRod, HoldingTheFirstElementIsFirstOrder) {
   }
 }
 
+// Euler: a column under its tip's load stays straight up to pi^2 EI / (4 L^2) and gives way beyond, also
+// where nothing pushes it to a side. Then sqrt(P / P_E) = 2 K(k) / pi and the tip is 4 k / (pi sqrt(P / P_E))
+// aside.
+TEST(SettleRod, DoesNotTakeAColumnBeyondEulersLoadForOneAtRest) {
+  const double euler = std::numbers::pi * std::numbers::pi / 4;
+  for (const int elements : {25, 200}) {
+    for (const double push : {0.0, 1e-9}) {
+      for (const double share : {0.99, 1.1, 1.5}) {
+        double low = 0, high = 1 - 1e-15;
+        for (int i = 0; i < 100; ++i) {
+          const double k = 0.5 * (low + high);
+          (2 * boost::math::ellint_1(k) / std::numbers::pi < std::sqrt(share) ? low : high) = k;
+        }
+        const double aside = share < 1 ? 0 : 4 * low / (std::numbers::pi * std::sqrt(share));
+        Rod rod = Cantilever(elements);
+        ASSERT_TRUE(SettleRod(rod, TipForce(rod, euler * share * Vector3d(-1, push, 0))).ok());
+        EXPECT_NEAR(Tip(rod).tail<2>().norm(), aside, elements == 25 ? 3e-3 : 1e-4)
+            << elements << ", " << push << ", " << share;
+      }
+    }
+  }
+}
+
 TEST(SettleRod, RefusesWhatIsHeldOtherwise) {
   RodDesign design;
   design.base = EndHold::kFree;
