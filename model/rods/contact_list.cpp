@@ -66,7 +66,7 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   lane_of_place_.assign(stride_, 0);
   for (const Strand& strand : strands_) {
     for (int i = 0; i < strand.elements; ++i) {
-      lane_of_place_[static_cast<std::size_t>(strand.place + i)] = strand.lane + kNode * i;
+      lane_of_place_[static_cast<std::size_t>(strand.place) + static_cast<std::size_t>(i)] = strand.lane + kNode * i;
     }
   }
   for (std::size_t r = 0; r < rods.size(); ++r) {
@@ -85,7 +85,8 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
 // strands start at an eighth place.
 void ContactList::PlaceStrand(int elements, bool body) {
   const int place = static_cast<int>(stride_) + kRun;
-  stride_ = static_cast<std::size_t>(place + (elements + 2 + kRun) / kRun * kRun + kRun);
+  const int behind = (elements + 2 + kRun) / kRun * kRun + kRun, end = place + behind;
+  stride_ = static_cast<std::size_t>(end);
   const std::size_t first_of_bodies = body ? rods_ : 0;
   auto eight = std::find_if(eights_.begin(), eights_.end(), [&](const Eight& e) {
     return e.elements == elements && e.strands.size() < kRodLanes && e.strands[0] >= first_of_bodies;
@@ -114,7 +115,8 @@ void ContactList::PlaceBody(const FixedBody& body, const Strand& strand) {
     x[1] = x[2] = body.end[k];
     At(static_cast<Row>(kCenterX + k))[from] = 0.5 * (body.start[k] + body.end[k]);
     for (int node = -1; node <= 2; ++node) {
-      nodes_[static_cast<std::size_t>(strand.lane + kNode * node + kRodLanes * k)] = x[node];
+      const int at = strand.lane + kNode * node + kRodLanes * k;
+      nodes_[static_cast<std::size_t>(at)] = x[node];
     }
   }
   const double length = (body.end - body.start).norm();
@@ -244,7 +246,8 @@ std::vector<double> ContactList::Save() const {
                             started_ ? 1.0 : 0.0};
   for (std::size_t r = 0; r < rods_; ++r) {
     for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
-      saved.push_back(nodes_[static_cast<std::size_t>(strands_[r].lane + kRodLanes * i)]);
+      const int at = strands_[r].lane + kRodLanes * i;
+      saved.push_back(nodes_[static_cast<std::size_t>(at)]);
     }
   }
   return saved;
@@ -262,7 +265,8 @@ void ContactList::Restore(std::span<const double> saved) {
   std::size_t from = 7;
   for (std::size_t r = 0; r < rods_; ++r) {
     for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
-      nodes_[static_cast<std::size_t>(strands_[r].lane + kRodLanes * i)] = saved[from++];
+      const int at = strands_[r].lane + kRodLanes * i;
+      nodes_[static_cast<std::size_t>(at)] = saved[from++];
     }
   }
   ForgetList();

@@ -101,7 +101,7 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
   };
   for (std::size_t k = record.frames(); k < times.size(); ++k) {
     // The kick before which `time` lies at most half a step behind.
-    advance(std::min(static_cast<std::int64_t>(times[k] / step + 0.5), static_cast<std::int64_t>(whole)));
+    advance(std::min<std::int64_t>(std::llround(times[k] / step), std::llround(whole)));
     if (result.diverged || result.stopped) break;
     record.Add(times[k], stepper.At(times[k]));
   }
