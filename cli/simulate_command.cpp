@@ -1,6 +1,8 @@
 // tendril simulate: a scene's rods over time, with their links.
 #include "cli/simulate_command.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,6 +20,8 @@
 #include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
 #include "db/files/state_file.h"
+#include "db/trial_query.h"
+#include "model/rods/rod_lanes.h"
 #include "model/scene/simulate.h"
 
 namespace tendril::cli {
@@ -76,11 +80,13 @@ class Checkpoint {
     return [this](const std::function<SimulationState()>& make) {
       if (!StopRequested() && Since(kept_) < kEvery_s) return;
       const Status written = WriteState(file_, make(), run_);
-      if (!written.ok()) trouble_ = written.error().message;
+      trouble_ = written.ok() ? "" : written.error().message;
+      holds_ = holds_ || written.ok();
       kept_ = Clock::now();
     };
   }
 
+  bool holds() const { return holds_; }  // a state of this run
   // A state that could not be written is no reason to lose the run.
   const std::string& trouble() const { return trouble_; }
   void Remove() const {
@@ -90,13 +96,14 @@ class Checkpoint {
 
  private:
   std::string file_, run_, trouble_;
+  bool holds_ = false;
   Clock::time_point kept_ = Clock::now();
 };
 
-Result<std::string> RunId(const SimulateCall& call, const Scene& scene, const std::vector<double>& times) {
-  const Result<std::string> text = ReadText(call.scene);
-  if (!text.ok()) return text.error();
-  std::string all = ProgramVersion() + NameOf(scene.level) + text.value();
+std::string RunId(const SimulateCall& call, const std::string& text, const Scene& scene,
+                  const std::vector<double>& times) {
+  // Kernels of other widths round otherwise.
+  std::string all = fmt::format("{} {} {} ", ProgramVersion(), RodKernelWidth(), NameOf(scene.level)) + text;
   if (scene.gripper) all += DesignToml(scene.gripper->design);
   all += fmt::format("{} {}", call.trial, call.full);
   for (const double time : times) all += fmt::format(" {:.17g}", time);
@@ -125,21 +132,22 @@ SceneFilm FilmOf(const Scene& scene, const Simulated& done, const LinkSeries& li
 }
 
 // Curves, film, picture and trial, as far as they were asked for.
-Status WriteAll(const SimulateCall& call, const Scene& scene, const SimulationPlan& plan,
-                const Simulated& done, double wall, Output& out) {
-  Result<LinkSeries> links = TellLink(scene, done.curves, out);
-  if (!links.ok()) return links.error();
-  TellPassages(done, out);
+Status WriteAll(const SimulateCall& call, const std::string& scene_text, const Scene& scene,
+                const SimulationPlan& plan, const Simulated& done, double wall, Output& out) {
   auto& fields = out.fields();
   if (!call.out.empty()) {
     if (Status s = WriteCurves(call.out, done.curves, ProgramVersion() + " simulate"); !s.ok()) return s;
     fields["out"] = call.out;
     out.Print("{}: {} frames of {} rods", call.out, done.curves[0].time.size(), done.curves.size());
   }
+  Result<LinkSeries> links = TellLink(scene, done.curves, out);
+  if (!links.ok()) return links.error();
+  TellPassages(done, out);
   if (call.store) {
     Result<Lab> lab = OpenLab(call.lab);
     if (!lab.ok()) return lab.error();
     const Result<std::string> label = StoreSimulatedTrial(lab.value(), {.scene_file = call.scene,
+                                                                        .scene_text = scene_text,
                                                                         .label = call.label,
                                                                         .scene = &scene,
                                                                         .plan = &plan,
@@ -193,19 +201,43 @@ Status CheckCall(const SimulateCall& call, const Scene& scene) {
     }
   }
   for (const std::string& file : {call.out, call.video, call.picture, call.checkpoint}) {
-    const fs::path folder = fs::path(file).parent_path();
-    if (file.empty() || folder.empty() || fs::is_directory(folder)) continue;
-    return Error{ErrorKind::kNotFound, fmt::format("{}: there is no folder {}", file, folder.string())};
+    if (file.empty()) continue;
+    const fs::path folder = fs::absolute(file).parent_path();
+    if (!fs::is_directory(folder)) {
+      return Error{ErrorKind::kNotFound, fmt::format("{}: there is no folder {}", file, folder.string())};
+    }
+    if (fs::is_directory(file)) return Error{ErrorKind::kBadInput, file + ": is a folder, expected a file"};
+    if (access(folder.c_str(), W_OK) != 0) {
+      return Error{ErrorKind::kBadInput, fmt::format("{}: the folder cannot be written to", file)};
+    }
+  }
+  if (!call.checkpoint.empty() && scene.level == SimulationLevel::kStatic) {
+    return Error{ErrorKind::kBadInput,
+                 "--checkpoint: level static takes no time that would be worth keeping"};
+  }
+  constexpr double kMostFrames = 1e5;
+  if (!(call.fps * scene.duration <= kMostFrames)) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("--fps {}: {:.3g} frames in the scene's {} s; expected at most {:.0f}", call.fps,
+                             call.fps * scene.duration, scene.duration, kMostFrames)};
   }
   if (!call.store) return Ok{};
   if (Status s = CheckIsTrial(scene); !s.ok()) return s;
-  const Result<Lab> lab = OpenLab(call.lab);
-  return lab.ok() ? Status(Ok{}) : Status(lab.error());
+  Result<Lab> lab = OpenLab(call.lab);
+  if (!lab.ok()) return lab.error();
+  if (!call.label.empty() && FindTrial(lab.value(), call.label).ok()) {
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("--label {}: taken by another trial; choose another, or leave it out", call.label)};
+  }
+  return Ok{};
 }
 
 Status RunSimulate(const SimulateCall& call, Output& out) {
   Result<Scene> read = ReadScene(call.scene);
   if (!read.ok()) return read.error();
+  const Result<std::string> scene_text = ReadText(call.scene);
+  if (!scene_text.ok()) return scene_text.error();
   Scene scene = std::move(read).value();
   if (!call.level.empty()) scene.level = LevelNamed(call.level);
   if (Status good = CheckCall(call, scene); !good.ok()) return good;
@@ -217,16 +249,15 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   if (call.plan) return Ok{};
 
   const std::vector<double> times = TimesOf(call, scene.duration);
-  const Result<std::string> id = RunId(call, scene, times);
-  if (!id.ok()) return id.error();
-  Checkpoint checkpoint(call.checkpoint, id.value());
+  Checkpoint checkpoint(call.checkpoint, RunId(call, scene_text.value(), scene, times));
   const Result<std::optional<SimulationState>> state = checkpoint.Load();
   if (!state.ok()) return state.error();
   SimulateHooks hooks;
   hooks.threads = call.threads;
+  double resumed_at = 0;  // the last frame that was kept, s
   const auto begin = Clock::now();
   hooks.progress = out.ShowProgress(scene.name, [&](double share) {
-    return fmt::format("{:.3g} times real time", share * scene.duration / Since(begin));
+    return fmt::format("{:.3g} times real time", (share * scene.duration - resumed_at) / Since(begin));
   });
   hooks.keep = checkpoint.Keeper();
   if (state.value()) {
@@ -255,10 +286,17 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
                             {"suggested_step_s", done.diverged->suggested_step}};
   }
   out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} {}", reached, scene.duration, wall,
-            reached / wall, done.steps, scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
-  const bool goes_on = done.stopped && !call.checkpoint.empty();
+            (reached - resumed_at) / wall, done.steps,
+            scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
+  const bool goes_on = done.stopped && checkpoint.holds();
   if (done.curves[0].time.size() > 0 && !goes_on) {
-    if (Status s = WriteAll(call, scene, plan, done, wall, out); !s.ok()) return s;
+    if (Status s = WriteAll(call, scene_text.value(), scene, plan, done, wall, out); !s.ok()) return s;
+  }
+  if (!goes_on) checkpoint.Remove();
+  if (done.diverged && done.diverged->at_start) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("{}: {}, element {}: {}; move them apart", call.scene, done.diverged->rod,
+                             done.diverged->element, done.diverged->why)};
   }
   if (done.diverged) {
     const bool published = scene.level == SimulationLevel::kPaper;
@@ -272,7 +310,6 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
     return Error{ErrorKind::kStopped,
                  fmt::format("{}: stopped; the same call goes on from {}", call.scene, call.checkpoint)};
   }
-  checkpoint.Remove();
   if (done.stopped) return Error{ErrorKind::kStopped, call.scene + ": stopped; what was simulated is kept"};
   return Ok{};
 }
@@ -313,6 +350,7 @@ Command MakeSimulateCommand() {
                 ->check(CLI::Range(1e-3, 1e6))
                 ->capture_default_str();
             app.add_option("--trial", call->trial, "number of the trial, for the random draws")
+                ->check(CLI::Range(0, 1000000000))
                 ->capture_default_str();
             app.add_option("--threads", call->threads,
                            "threads that share the rods, eight to each; the result is the same to the byte")

@@ -52,15 +52,13 @@ TrialSpec SpecOf(const SimulatedTrial& trial) {
 Status Fill(Lab& lab, const std::string& id, const SimulatedTrial& trial) {
   const fs::path folder = lab.TrialFolder(id);
   const Simulated& run = *trial.run;
-  const Result<std::string> scene_toml = ReadText(trial.scene_file);
-  if (!scene_toml.ok()) return scene_toml.error();
   const auto add = [&](const std::string& role, const std::string& name,
                        std::optional<std::int64_t> frames = std::nullopt) -> Status {
     const Result<std::string> hash = Sha256OfFile(folder / name);
     if (!hash.ok()) return hash.error();
     return AddRecordingFile(lab, id, role, name, hash.value(), frames);
   };
-  if (Status s = WriteText(folder / "scene.toml", scene_toml.value()); !s.ok()) return s;
+  if (Status s = WriteText(folder / "scene.toml", trial.scene_text); !s.ok()) return s;
   if (Status s = add("scene", "scene.toml"); !s.ok()) return s;
   const auto frames = static_cast<std::int64_t>(run.curves[0].time.size());
   if (Status s = WriteCurves(folder / "curves.h5", run.curves, ProgramVersion() + " simulate"); !s.ok()) {
@@ -69,20 +67,21 @@ Status Fill(Lab& lab, const std::string& id, const SimulatedTrial& trial) {
   if (Status s = add("curves", "curves.h5", frames); !s.ok()) return s;
 
   Provenance made{.program_version = ProgramVersion()};
-  made.parameters_json = nlohmann::json{{"level", NameOf(trial.scene->level)},
-                                        {"trial_number", trial.trial_number},
-                                        {"time_step_s", trial.plan->time_step}}
-                             .dump();
-  made.input_sha256 = {{"scene.toml", Sha256(scene_toml.value())},
+  made.parameters_json = nlohmann::json{
+      {"level", NameOf(trial.scene->level)},
+      {"trial_number", trial.trial_number},
+      {"time_step_s",
+       run.time_step}}.dump();
+  made.input_sha256 = {{"scene.toml", Sha256(trial.scene_text)},
                        {"design", Sha256(DesignToml(trial.scene->gripper->design))}};
   const auto or_unknown = [](double value) { return std::isfinite(value) ? value : kNotKnown; };
   SimulationRow row;
   row.scene_name = trial.scene->name;
-  row.scene_toml = scene_toml.value();
+  row.scene_toml = trial.scene_text;
   row.level = NameOf(trial.scene->level);
   row.seed = static_cast<std::int64_t>(trial.scene->seed);
   row.trial_number = static_cast<std::int64_t>(trial.trial_number);
-  row.time_step_s = trial.plan->time_step;
+  row.time_step_s = run.time_step;
   row.steps = run.steps;
   row.simulated_s = run.curves[0].time.tail<1>()[0];
   row.wall_s = trial.wall_s;

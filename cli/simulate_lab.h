@@ -11,7 +11,8 @@ namespace tendril::cli {
 
 struct SimulatedTrial {
   std::string scene_file{};
-  std::string label{};  // empty: made up
+  std::string scene_text{};  // as it was run
+  std::string label{};       // empty: made up
   const Scene* scene = nullptr;
   const SimulationPlan* plan = nullptr;
   const Simulated* run = nullptr;

@@ -18,7 +18,7 @@ struct SimulationRow {
   std::string level{};
   std::int64_t seed = 1;
   std::int64_t trial_number = 0;
-  double time_step_s = 0;
+  double time_step_s = 0;  // 0: no steps, equilibria
   std::int64_t steps = 0;
   double simulated_s = 0;
   double wall_s = 0;

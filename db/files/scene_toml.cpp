@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
+#include <set>
 
 #include "db/files/design_toml.h"
 #include "db/files/toml_read.h"
@@ -53,8 +55,12 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   table.Number("pull_rate", g.pull_rate, Above(0, "1/s"));
   ReadSpan(table, "delay", g.delay_low, g.delay_high);
   table.Number("rate_perturbation", g.rate_perturbation, AtLeast(0, "1/s"));
+  if (g.rate_perturbation >= g.pull_rate) table.Reject("rate_perturbation", "a number below pull_rate");
   table.Choice("shortening", shortening, {"carrier", "true"});
   g.shortening = shortening == "carrier" ? Shortening::kCarrier : Shortening::kTrue;
+  if (g.pull >= 1 && g.shortening == Shortening::kCarrier) {
+    table.Reject("pull", "a number below 1: the carrier grows as 1 / (1 - pull)");
+  }
   TomlTable rod = table.Table("rod");
   ReadRodKeys(rod, g.rod, g.damping);
   if (design.empty()) return Ok{};  // said by the document
@@ -107,9 +113,17 @@ SceneRod ReadRod(TomlTable& table, std::size_t number) {
   SceneRod rod;
   rod.name = "rod" + std::to_string(number);
   table.Text("name", rod.name);
+  const auto odd = [](char c) { return c == ',' || c == '/' || static_cast<unsigned char>(c) < ' '; };
+  if (rod.name.empty() || std::any_of(rod.name.begin(), rod.name.end(), odd)) {
+    table.Reject("name", "a name without comma, slash or control character");
+  }
   table.Vector("start", rod.design.start);
   table.Vector("direction", rod.design.direction);
-  table.Vector("normal", rod.design.normal);
+  // A rod along x has its d1 elsewhere, unless it is told.
+  if (!table.Vector("normal", rod.design.normal) &&
+      rod.design.direction.cross(rod.design.normal).norm() < 1e-6 * rod.design.direction.norm()) {
+    rod.design.normal = Eigen::Vector3d::UnitZ();
+  }
   table.Number("length", rod.design.length, Above(0, "m"));
   table.Number("taper", rod.design.taper, Above(0));
   ReadRodKeys(table, rod.design, rod.damping);
@@ -124,6 +138,12 @@ SceneRod ReadRod(TomlTable& table, std::size_t number) {
   table.Vector("spin", rod.spin, Finite("rad/s"));
   table.Vector("tip_force", rod.tip_force, Finite("N"));
   table.Vector("tip_couple", rod.tip_couple, Finite("N m"));
+  if (clamp == "none" && table.Has("base_motion"))
+    table.Reject("clamp", "base or both, where there is a base_motion");
+  if (clamp != "both" && table.Has("tip_motion")) table.Reject("clamp", "both, where there is a tip_motion");
+  if (clamp == "both" && (rod.tip_force.norm() > 0 || rod.tip_couple.norm() > 0)) {
+    table.Reject("clamp", "base or none, where there is a tip_force or tip_couple: a held tip does not give");
+  }
   ReadMotion(table.Table("base_motion"), rod.base_motion);
   ReadMotion(table.Table("tip_motion"), rod.tip_motion);
   return rod;
@@ -179,7 +199,11 @@ Result<Scene> ReadScene(const fs::path& file) {
   contact.Number("stiffness", scene.contact.stiffness, AtLeast(0, "N/m^1.5"));
   contact.Number("damping", scene.contact.damping, AtLeast(0, "N s/m"));
   std::size_t number = 0;
-  for (TomlTable& table : document.Tables("rod")) scene.rods.push_back(ReadRod(table, number++));
+  std::set<std::string> names;
+  for (TomlTable& table : document.Tables("rod")) {
+    scene.rods.push_back(ReadRod(table, number++));
+    if (!names.insert(scene.rods.back().name).second) table.Reject("name", "a name of its own for each rod");
+  }
 
   if (Status read = document.Finish(); !read.ok()) return std::move(read).error();
   if (!designed.ok()) return std::move(designed).error();

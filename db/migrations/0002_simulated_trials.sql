@@ -14,7 +14,7 @@ CREATE TABLE simulation (
   level                  TEXT NOT NULL CHECK (level IN ('paper', 'standard', 'fast', 'static')),
   seed                   INTEGER NOT NULL,
   trial_number           INTEGER NOT NULL,  -- counts in the random draws, with the seed
-  time_step_s            REAL NOT NULL,
+  time_step_s            REAL NOT NULL,     -- taken; 0: equilibria without steps
   steps                  INTEGER NOT NULL,
   simulated_s            REAL NOT NULL,     -- reached
   wall_s                 REAL NOT NULL,

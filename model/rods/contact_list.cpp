@@ -66,7 +66,8 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   lane_of_place_.assign(stride_, 0);
   for (const Strand& strand : strands_) {
     for (int i = 0; i < strand.elements; ++i) {
-      lane_of_place_[static_cast<std::size_t>(strand.place) + static_cast<std::size_t>(i)] = strand.lane + kNode * i;
+      lane_of_place_[static_cast<std::size_t>(strand.place) + static_cast<std::size_t>(i)] =
+          strand.lane + kNode * i;
     }
   }
   for (std::size_t r = 0; r < rods.size(); ++r) {
@@ -184,8 +185,9 @@ bool ContactList::Find() {
   double moved = std::isfinite(sum_of_squares_) ? std::sqrt(farthest_square_) : sum_of_squares_;
   if (!started_) moved = 0;
   longest_move_ = std::max(longest_move_, moved);
-  // Elements of which none touch are farther apart than their radii.
-  if (2 * moved >= std::min(last_least_, 0.12 * thinnest_)) nothing_passed_ = false;
+  // Elements that did not press were farther apart than their radii's sum, and so than the thinnest radius,
+  // as long as none is stretched fourfold.
+  if (2 * moved >= std::min(last_least_, thinnest_)) nothing_passed_ = false;
   farthest_square_ = sum_of_squares_ = 0;
   if (!std::isfinite(moved)) return false;
   ++steps_;

@@ -41,6 +41,9 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
                                            std::to_string(kRodLanes)};
   }
   for (const Rod& rod : rods) {
+    if (form == RodForm::kPaper && (rod.base.hold == EndHold::kFrame || rod.tip.hold == EndHold::kFrame)) {
+      return Error{ErrorKind::kBadInput, "the published form holds ends by their elements, not by frames"};
+    }
     if (rod.elements() == rods[0].elements()) continue;
     return Error{ErrorKind::kBadInput, "rods of " + std::to_string(rods[0].elements()) + " and " +
                                            std::to_string(rod.elements()) +
@@ -79,7 +82,7 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
   lanes.memory_.assign(end, S(0));
 
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
-    const Rod& rod = rods[lane < rods.size() ? lane : 0];  // lanes without a rod do as the first
+    const Rod& rod = rods[lane < rods.size() ? lane : 0];  // lanes without a rod start as the first
     const auto put = [&](size_t from, size_t row, double value) {
       lanes.memory_[from + row * kRodLanes + lane] = static_cast<S>(value);
     };
@@ -137,6 +140,7 @@ rod_kernel::Job<S> LaneRods<S>::MakeJob() {
   const auto at = [&](size_t from) { return memory_.data() + from; };
   rod_kernel::Job<S> job{};
   job.elements = elements_;
+  job.rods = rods_;
   job.energy_form = form_ == RodForm::kEnergy;
   job.position = at(at_.position);
   job.velocity = at(at_.velocity);

@@ -36,7 +36,8 @@ struct LaneTrouble {
 template <class S>
 class LaneRods {
  public:
-  //   errors  kBadInput  no rod, more than eight, different numbers of elements
+  //   errors  kBadInput  no rod, more than eight, different numbers of elements, kPaper with an
+  //                      end that is held by its frame
   static Result<LaneRods> Make(std::span<const Rod> rods, RodForm form);
 
   // Called in the middle of each step, at `time`: positions, directors, rest strains and curvatures as below.

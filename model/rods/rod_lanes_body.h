@@ -161,8 +161,8 @@ struct Kernel {
       Put(turn + 16, scale * q.y);
       Put(turn + 24, scale * q.z);
     }
-    for (int k = 0; k < Types<S>::kWidth; ++k) {
-      // The half angle of this drift; a step's is at most twice that.
+    for (int k = 0; k < Types<S>::kWidth && k < job.rods; ++k) {
+      // Half the angle of this drift.
       if (!(largest[k] <= S(0.25))) job.turned_too_far = true;
     }
   }
@@ -307,7 +307,7 @@ struct Kernel {
     before_couple = Add(before_couple, GetVector(job.tip_couple));
     if (kEnergy) before_couple = Add(before_couple, EndCouples(job, 1, before_turn, largest).before);
     kick_element(job.elements - 1, before_couple, last_element);
-    for (int k = 0; k < Types<S>::kWidth; ++k) {
+    for (int k = 0; k < Types<S>::kWidth && k < job.rods; ++k) {
       if (!(largest[k] <= S(0.2))) job.turned_too_far = true;
       if (!(sum[k] * 0 == 0)) job.not_finite = true;
     }
@@ -319,6 +319,7 @@ struct Kernel {
     Job<S>& whole;
 
     TENDRIL_INLINE Group(Job<S>& of, int first) : job(of), whole(of) {
+      job.rods -= first;
       job.position += first;
       job.velocity += first;
       job.turn += first;

@@ -6,6 +6,7 @@ namespace tendril::rod_kernel {
 template <class S>
 struct Job {
   int elements;
+  int rods;  // lanes beyond them hold no rod: what becomes of those is nobody's trouble
   bool energy_form;
   S gravity[3];  // m/s^2
   // [node or element][component][8]

@@ -131,9 +131,8 @@ class Settler {
       damping = damping < 1e-6 * hinge_ ? 0 : damping / 8;
       energy = Assemble(rod_.directors, true);
     }
-    return Error{ErrorKind::kUnreachable,
-                 "no equilibrium: couples are left of " + std::to_string(account.residual) +
-                     " of what bending makes, after " + std::to_string(account.iterations) + " iterations"};
+    return Error{ErrorKind::kUnreachable, "no equilibrium: couples are left, after " +
+                                              std::to_string(account.iterations) + " iterations"};
   }
 
   // Nodes from directors and forces.
@@ -160,8 +159,9 @@ class Settler {
   // to that side, by what little pull there is, or else about d1.
   void LeaveSaddle() {
     if (gradient_.isZero(0)) gradient_.row(0).setConstant(kStaticResidual * scale_ / static_cast<double>(n_));
-    for (double damping = kNeutral * hinge_; !Solve(damping); damping *= 2) {
-    }
+    if (!bends_at_base_) gradient_.col(0).setZero();
+    double damping = kNeutral * hinge_;
+    while (!Solve(damping) && damping < 1e6 * hinge_) damping *= 2;
     turn_ *= 0.01 / turn_.colwise().norm().maxCoeff();
     rod_.directors = Turned();
   }

@@ -70,6 +70,14 @@ Result<Driven> MakePlain(const Scene& scene, const SceneRod& plain) {
   driven.name = plain.name;
   driven.rod = std::move(made).value();
   Rod& rod = driven.rod;
+  const double turn =
+      std::max(plain.rest_curvature.norm(), design.start_curvature.norm()) * rod.rest_length[0];
+  if (turn > 1.5) {
+    return Error{ErrorKind::kBadInput,
+                 "elements = " + std::to_string(design.elements) + " turn by " + std::to_string(turn) +
+                     " rad each at this curvature: expected " +
+                     std::to_string(static_cast<int>(std::ceil(design.elements * turn / 1.5))) + " or more"};
+  }
   const Vector3d centre = (rod.position * rod.mass) / rod.mass.sum();
   for (Index i = 0; i < rod.mass.size(); ++i) {
     rod.velocity.col(i) = plain.velocity + plain.spin.cross(Vector3d(rod.position.col(i) - centre));

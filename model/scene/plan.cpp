@@ -35,6 +35,14 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
   const Rod& rod = d.rod;
   const double length = rod.rest_length.sum();
   double beyond = d.tip_force.norm();
+  if (d.plain != nullptr) {
+    // What flies, spins or is led is stopped within its length.
+    double speed = std::max(d.plain->velocity.norm(), length * d.plain->spin.norm());
+    for (const EndMotion* motion : {&d.plain->base_motion, &d.plain->tip_motion}) {
+      speed = std::max({speed, motion->velocity.norm(), length * motion->spin.norm()});
+    }
+    beyond += rod.mass.sum() * speed * speed / length;
+  }
   ReckonedStrains strains;
   for (Index i = rod.elements(); i-- > 0;) {
     beyond += rod.mass[i + 1] * scene.gravity.norm();
@@ -50,6 +58,30 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
     strains.shear = std::max(strains.shear, force / rod.shear_stiffness(0, i));
   }
   return strains;
+}
+
+// Something moves one of its ends, or it starts moving.
+bool IsLed(const Driven& d) {
+  if (d.plain == nullptr) return false;
+  const auto moves = [](const EndMotion& motion) {
+    return motion.until > motion.from && !(motion.velocity.isZero(0) && motion.spin.isZero(0));
+  };
+  return moves(d.plain->base_motion) || moves(d.plain->tip_motion);
+}
+bool Moves(const Driven& d) {
+  return IsLed(d) || (d.plain != nullptr && !(d.plain->velocity.isZero(0) && d.plain->spin.isZero(0)));
+}
+
+// What a rod can turn by from end to end, rad: its rest curvature, and what weight and loads bend; infinite
+// where it is driven or moves.
+double TurningAtMost(const Scene& scene, const Driven& d) {
+  if (d.actuation || d.rod.tip.hold != EndHold::kFree || Moves(d)) return HUGE_VAL;
+  const double length = d.rod.rest_length.sum(), bending = d.rod.bend_stiffness.topRows<2>().minCoeff();
+  // A force cannot bend a straight rod farther than into its own direction.
+  const double force = d.rod.mass.sum() * scene.gravity.norm() + d.tip_force.norm();
+  const double bent = std::min(0.5 * force * length * length / bending, std::numbers::pi);
+  const double coiled = RestCurvatureAt(d, 0) * length + d.rod.tip_couple.norm() * length / bending;
+  return coiled > 0 ? coiled + bent : 0.5 * bent;
 }
 
 // Nothing pushes the rod out of the plane across `axis`, about which it bends.
@@ -85,12 +117,13 @@ struct Planner {
   }
 
   void Contacts() {
-    const auto reach = [](const Driven& d) { return d.rod.rest_length.sum() + d.rod.radius.maxCoeff(); };
+    const auto reach = [&](const Driven& d) {
+      return d.rod.rest_length.sum() * (1 + StrainsOf(scene, d, true).stretch) + d.rod.radius.maxCoeff();
+    };
     const double moves = CarrierGrowthAt(scene, rods, HUGE_VAL).by;
     // A rod that nothing holds, or whose end is moved, may go anywhere.
     const auto far = [&](const Driven& d) {
-      const bool moved = d.plain != nullptr && d.plain->base_motion.until > d.plain->base_motion.from;
-      return d.rod.base.hold != EndHold::kFree && !moved ? reach(d) + moves : HUGE_VAL;
+      return d.rod.base.hold != EndHold::kFree && !IsLed(d) ? reach(d) + moves : HUGE_VAL;
     };
     double room = HUGE_VAL, object_room = HUGE_VAL, turning = 0;
     std::size_t meet = 0, pairs = 0;
@@ -106,9 +139,7 @@ struct Planner {
             ClosestOfSegments(from, from, object.body.start, object.body.end).apart.norm();
         object_room = std::min(object_room, distance - object.body.radius - far(rods[a]));
       }
-      const bool driven = rods[a].actuation || rods[a].rod.tip.hold != EndHold::kFree;
-      turning =
-          std::max(turning, driven ? HUGE_VAL : RestCurvatureAt(rods[a], 0) * rods[a].rod.rest_length.sum());
+      turning = std::max(turning, TurningAtMost(scene, rods[a]));
     }
     const auto apart = [](double gap) {
       return gap > 0 ? "nothing comes nearer than " + ShortNumber(gap) + " m" : std::string("they can meet");
@@ -126,7 +157,7 @@ struct Planner {
         Decide("contact of a rod with itself", turning > std::numbers::pi,
                std::isfinite(turning)
                    ? "a rod turns by " + ShortNumber(turning) + " rad; less than half a turn does not close"
-                   : std::string("a tentacle coils, or both ends of a rod are led"));
+                   : std::string("a tentacle coils, or a rod is led, thrown or spun"));
     const char* const without = scene.level == SimulationLevel::kStatic ? "level static has no contact"
                                 : scene.contact.stiffness == 0          ? "the scene's contact stiffness is 0"
                                                                         : nullptr;
@@ -186,7 +217,7 @@ struct Planner {
       for (const Driven& d : rods) {
         Rod rod = d.rod;
         ApplyRelief(relief, rod);
-        const StableSteps steps = StableStepsOf(rod, stiffness);
+        const StableSteps steps = StableStepsOf(rod, stiffness, contact ? scene.contact.damping : 0);
         least = {std::min(least.stretch, steps.stretch), std::min(least.bend, steps.bend),
                  std::min(least.twist, steps.twist), std::min(least.shear, steps.shear),
                  std::min(least.contact, steps.contact)};
@@ -206,7 +237,7 @@ struct Planner {
       plan.relief = next;
     }
     if (scene.level == SimulationLevel::kFast) {
-      plan.relief.mass = FastMass();
+      plan.relief.mass = full ? 1 : FastMass();
       const bool light = plan.relief.mass == 1;
       plan.terms.push_back({"inertia as it is", light,
                             light ? "damping is too weak to hide more"
@@ -217,6 +248,7 @@ struct Planner {
     const StableSteps steps = steps_with(plan.relief);
     const double least = steps.Least();
     const double share = scene.level == SimulationLevel::kFast ? kFastShare : kStandardShare;
+    plan.stable_step = least;
     plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? kPaperStep : share * least;
     const char* const what = least == steps.stretch ? "stretch"
                              : least == steps.bend  ? "bending"
@@ -234,6 +266,8 @@ struct Planner {
   double FastMass() const {
     double least = HUGE_VAL;
     for (const Driven& d : rods) {
+      // What flies coasts farther the heavier it is.
+      if (Moves(d) || d.rod.base.hold == EndHold::kFree) return 1;
       const double length = d.rod.rest_length.sum();
       const double bending = 3.516 * 3.516 * d.rod.bend_stiffness.row(0).minCoeff() /
                              (d.rod.mass.sum() * length * length * length);
@@ -265,7 +299,7 @@ double FastestBending(double shift, double turn, double hinge) {
 
 double StableSteps::Least() const { return std::min({stretch, bend, twist, shear, contact}); }
 
-StableSteps StableStepsOf(const Rod& rod, double contact_stiffness) {
+StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double contact_damping) {
   StableSteps steps{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   for (Index i = 0; i < rod.elements(); ++i) {
     const double l = rod.rest_length[i];
@@ -285,6 +319,9 @@ StableSteps StableStepsOf(const Rod& rod, double contact_stiffness) {
     const double bend = FastestBending(4 * across / (l * mass), l * across / j1, hinge);
     const double push = 1.5 * contact_stiffness * std::sqrt(kReckonedOverlap * rod.radius[i]);
     const double contact = kReckonedContacts * push / mass + 4 * across / (l * mass);
+    // A damper is stable while it takes no more than a node has: c dt / m below 2.
+    if (contact_damping > 0)
+      steps.contact = std::min(steps.contact, mass / (kReckonedContacts * contact_damping));
     const auto least = [](double& step, double square) { step = std::min(step, 2 / std::sqrt(square)); };
     least(steps.stretch, stretch);
     least(steps.bend, bend);

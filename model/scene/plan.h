@@ -33,7 +33,8 @@ struct RodRelief {
 };
 
 struct SimulationPlan {
-  double time_step = 0;  // s, the largest taken
+  double time_step = 0;    // s, the largest taken
+  double stable_step = 0;  // s, of the stiffest rod
   std::string step_why;
   bool rod_contact = false, self_contact = false, object_contact = false;
   RodRelief relief;
@@ -55,8 +56,8 @@ struct StableSteps {
   double stretch = 0, bend = 0, twist = 0, shear = 0, contact = 0;
   double Least() const;
 };
-//   contact_stiffness  N/m^(3/2); 0: none
-StableSteps StableStepsOf(const Rod& rod, double contact_stiffness);
+//   contact_stiffness  N/m^(3/2); 0: none;  contact_damping  N s/m
+StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double contact_damping = 0);
 
 void ApplyRelief(const RodRelief& relief, Rod& rod);
 

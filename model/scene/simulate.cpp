@@ -57,17 +57,41 @@ Result<Simulated> Statics(const Scene& scene, std::vector<Driven> rods, const st
   return result;
 }
 
+// Whether a state's curves are of these rods, at the first of these times.
+bool FramesAreThose(const SimulationState& state, const std::vector<Driven>& rods,
+                    const std::vector<double>& times) {
+  if (state.curves.size() != rods.size()) return state.curves.empty();
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    const CurveSeries& series = state.curves[r];
+    if (series.curves.size() != static_cast<std::size_t>(series.time.size()) ||
+        series.curves.size() > times.size() ||
+        !std::equal(series.time.begin(), series.time.end(), times.begin())) {
+      return false;
+    }
+    for (const FramedCurve& curve : series.curves) {
+      if (curve.points.cols() != rods[r].rod.position.cols()) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const std::vector<double>& times,
                            std::uint64_t trial, const SimulateHooks& hooks) {
-  if (times.empty() || times.front() < 0 || times.back() > scene.duration ||
-      !std::is_sorted(times.begin(), times.end())) {
+  const auto good = [&](double time) { return time >= 0 && time <= scene.duration; };
+  if (times.empty() || !std::all_of(times.begin(), times.end(), good) ||
+      !std::is_sorted(times.begin(), times.end()) || !std::isfinite(scene.duration)) {
     return Error{ErrorKind::kBadInput, "times: expected seconds from 0 to the duration, " +
                                            ShortNumber(scene.duration) + " s, in ascending order"};
   }
+  if (!(plan.time_step > 0) || !(scene.duration > 0)) {
+    return Error{ErrorKind::kBadInput, "duration = " + ShortNumber(scene.duration) + " s, time_step = " +
+                                           ShortNumber(plan.time_step) + " s: expected numbers above 0"};
+  }
   Result<std::vector<Driven>> made = MakeRods(scene, trial);
   if (!made.ok()) return made.error();
+  if (made.value().empty()) return Error{ErrorKind::kBadInput, "a scene needs a [gripper] or a [[rod]]"};
   if (scene.level == SimulationLevel::kStatic) return Statics(scene, std::move(made).value(), times, hooks);
 
   const double whole = std::max(1.0, std::ceil(scene.duration / plan.time_step * (1 - 1e-12)));
@@ -75,7 +99,11 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
   const double step = stepper.time_step();
   const bool resumes = hooks.resume_from != nullptr;
   Record record(stepper.rods(), resumes ? hooks.resume_from->curves : std::vector<CurveSeries>());
-  if (resumes && (!stepper.Restore(hooks.resume_from->numbers) || record.frames() > times.size())) {
+  if (resumes &&
+      !(FramesAreThose(*hooks.resume_from, stepper.rods(), times) &&
+        stepper.Restore(hooks.resume_from->numbers) && static_cast<double>(stepper.kicks()) <= whole &&
+        (record.frames() == times.size() ||
+         std::llround(times[record.frames()] / step) >= stepper.kicks()))) {
     return Error{
         ErrorKind::kBadInput,
         "the state to go on from is of another scene, level, plan or program: start anew without it"};
@@ -106,11 +134,13 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
     record.Add(times[k], stepper.At(times[k]));
   }
   result.steps = stepper.kicks();
+  result.time_step = step;
   if (const ContactList* contacts = stepper.contacts()) {
     result.least_axis_distance = contacts->least_distance();
     result.least_axis_share = contacts->least_share();
     result.longest_move = contacts->longest_move();
     result.nothing_passed = contacts->NothingPassed();
+    if (result.diverged && result.nothing_passed) result.nothing_passed = false;
   }
   result.curves = record.Curves();
   return result;

@@ -19,6 +19,7 @@ namespace tendril {
 struct Simulated {
   std::vector<CurveSeries> curves;     // a rod each, at the times asked for and reached
   std::int64_t steps = 0;              // made in all; of kStatic: equilibria found
+  double time_step = 0;                // s, taken; 0 of kStatic
   bool stopped = false;                // the progress said so; curves up to there
   std::optional<Divergence> diverged;  // curves up to there
   // Of elements that touched, over all steps: the least distance of their axes, m, and as a share of their

@@ -122,8 +122,12 @@ Divergence Stepper::Explain(Divergence found) const {
   } else if (found.why == "turned") {
     found = FindFarTurned(rods_, at, options_.time_step);
   }
+  if (kicks_ == 1 && found.why.find("of the radii's sum") != std::string::npos) {
+    found.why += ": they start inside each other";
+    found.at_start = true;
+  }
   found.time = time;
-  found.suggested_step = 0.5 * options_.time_step;
+  found.suggested_step = std::min(0.5 * options_.time_step, 0.7 * plan_.stable_step);
   return found;
 }
 
@@ -223,7 +227,6 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
   LaneRods<double>& lanes = *batch.lanes;
   const std::span<double> forces = lanes.forces(), curvature = lanes.rest_curvatures();
   std::fill(forces.begin(), forces.end(), 0.0);
-  double share[kRodLanes] = {};
   bool changed = !batch.driven_once;
   for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
     const Driven& d = rods_[batch.members[lane]];
@@ -233,7 +236,6 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
     const bool other_entry = !batch.driven_once || state.place.entry != batch.place[lane].entry;
     if (!moved && !other_entry) continue;
     changed = true;
-    share[lane] = state.place.share;
     if (d.actuation && scene_.gripper->shortening == Shortening::kTrue) {
       const std::span<double> strain = lanes.rest_strains();
       for (std::size_t i = 2 * kRodLanes + lane; i < strain.size(); i += 3 * kRodLanes) {
@@ -268,6 +270,7 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
   }
   batch.driven_once = true;
   if (!changed) return;
+  double share[kRodLanes];
   for (std::size_t lane = 0; lane < kRodLanes; ++lane) share[lane] = batch.place[lane].share;
   for (std::size_t i = 0; i < curvature.size(); i += kRodLanes) {
     for (std::size_t lane = 0; lane < kRodLanes; ++lane) {
@@ -339,6 +342,7 @@ bool Stepper::Restore(const std::vector<double>& state) {
   Lists lists(state);
   const std::vector<double> head = lists.Next(3);
   if (!lists.ok() || head[1] != options_.time_step || head[2] != (plan_.plain ? 1.0 : 0.0)) return false;
+  if (!(head[0] >= 0 && head[0] < 1e15 && head[0] == std::floor(head[0]))) return false;
   std::vector<std::vector<double>> memory;
   for (const Batch& batch : batches_) {
     memory.push_back(lists.Next(LaneRods<double>(*batch.lanes).memory().size()));

@@ -84,10 +84,17 @@ double KineticEnergy(const Rod& rod) {
 double EnergyBudget(const Scene& scene, const std::vector<Driven>& rods) {
   double budget = 0;
   for (const Driven& d : rods) {
-    const double fall = 2 * d.rod.rest_length.sum();
-    budget += KineticEnergy(d.rod) + StoredAtMost(scene, d) + StoredByMotion(d) +
-              fall * (d.rod.mass.sum() * scene.gravity.norm() + d.tip_force.norm()) +
-              2 * std::numbers::pi * d.rod.tip_couple.norm();
+    const double length = d.rod.rest_length.sum(), mass = d.rod.mass.sum();
+    const double force = mass * scene.gravity.norm() + d.tip_force.norm();
+    budget += KineticEnergy(d.rod) + StoredAtMost(scene, d) + StoredByMotion(d);
+    if (d.rod.base.hold != EndHold::kFree || d.rod.tip.hold != EndHold::kFree) {
+      budget += 2 * length * force + 2 * std::numbers::pi * d.rod.tip_couple.norm();
+    } else {
+      // Nothing stops it: what the loads do to a free body in the whole time.
+      const double couple = d.rod.tip_couple.norm() * scene.duration;
+      budget += 0.5 * force * force * scene.duration * scene.duration / mass;
+      budget += 0.5 * couple * couple / d.rod.inertia.rowwise().sum().minCoeff();
+    }
   }
   return budget;
 }
@@ -115,13 +122,19 @@ Divergence FindFarTurned(const std::vector<Driven>& rods, const std::vector<Rod>
       const double turned = (time_step * rod.spin.col(i)).norm();
       double against = 0;
       if (i + 1 < rod.elements()) against = (RestVoronoi(rod, i) * CurvatureOf(rod, i)).norm();
+      const double half = 0.5 * rod.rest_length[i];
+      if (i == 0 && rod.base.hold == EndHold::kFrame) {
+        against = std::max(against, half * BaseCurvature(rod).norm());
+      }
+      if (i + 1 == rod.elements() && rod.tip.hold == EndHold::kFrame)
+        against = half * TipCurvature(rod).norm();
       if (turned / 1.0 > most) {
         most = turned;
         found = At(rods[r], i, "it turns by " + ShortNumber(turned) + " rad in a step");
       }
       if (against / 1.6 > most) {
         most = against / 1.6;
-        found = At(rods[r], i, "the next element is turned by " + ShortNumber(against) + " rad against it");
+        found = At(rods[r], i, "what is beside it is turned by " + ShortNumber(against) + " rad against it");
       }
     }
   }

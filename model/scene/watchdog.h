@@ -19,6 +19,7 @@ struct Divergence {
   Eigen::Index element = 0;
   std::string why;               // a clause: "an element turns by 1.7 rad against the one before"
   double suggested_step = 0;     // s
+  bool at_start = false;         // bodies start inside each other: the scene is wrong, not the step
   std::string Sentence() const;  // all of it
 };
 

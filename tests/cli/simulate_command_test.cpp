@@ -134,6 +134,15 @@ TEST(SimulateCommand, BadScenesAreOneLineAndExitTwo) {
   EXPECT_NE(message("[[rod]]\nramp = [2, 1]\n").find("ramp"), std::string::npos);
   EXPECT_NE(message("[[object]]\nkind = \"sphere\"\n").find("radius"), std::string::npos);
   EXPECT_NE(message("[[rod]]\nnormal = [0, 0, 1]\n").find("normal"), std::string::npos);
+  EXPECT_NE(message("[[rod]]\nclamp = \"none\"\n[rod.base_motion]\nuntil = 1\n").find("base_motion"),
+            std::string::npos);
+  EXPECT_NE(message("[[rod]]\nelements = 2\nrest_curvature = [0, 9, 0]\n").find("elements"),
+            std::string::npos);
+  EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--fps", "1e6"}).exit_code, 2);
+  EXPECT_EQ(
+      RunProgram({"simulate", kScenes + "helix.toml", "--level", "static", "--checkpoint", folder / "s"})
+          .exit_code,
+      2);
   EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--at", "99"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--out", "curves.txt"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"simulate", kScenes + "helix.toml", "--video", folder / "no/film.mp4"}).exit_code, 2);

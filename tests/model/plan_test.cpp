@@ -101,8 +101,30 @@ TEST(PlanScene, ContactIsOffWhereNothingMeetsAndWhereItHasNoStiffness) {
   scene.contact.stiffness = 1e4;
   scene.rods[1].design.start = {0, 0, 1.1};
   EXPECT_FALSE(PlanScene(scene).value().rod_contact);
-  scene.rods[1].base_motion.until = 1;
+  scene.rods[1].base_motion = {.velocity = {0, 0, -1}, .spin = {0, 0, 0}, .from = 0, .until = 1};
   EXPECT_TRUE(PlanScene(scene).value().rod_contact) << "what is moved may come near";
+}
+
+TEST(PlanScene, ARodThatALoadCoilsMayTouchItself) {
+  Scene scene = Slender();
+  scene.rods[0].rest_curvature.setZero();
+  EXPECT_FALSE(PlanScene(scene).value().self_contact);
+  const double bending = MakeRods(scene, 0).value()[0].rod.bend_stiffness(0, 0);
+  scene.rods[0].tip_couple = {0, 2 * std::numbers::pi * bending / 0.5, 0};
+  EXPECT_TRUE(PlanScene(scene).value().self_contact);
+  scene.rods[0].tip_couple.setZero();
+  scene.rods[0].spin = {0, 1, 0};
+  EXPECT_TRUE(PlanScene(scene).value().self_contact);
+}
+
+TEST(PlanScene, FastIsNoHeavierWhereSomethingFliesOrAllIsAskedFor) {
+  Scene scene = Slender();
+  scene.level = SimulationLevel::kFast;
+  scene.rods[0].damping = 200;
+  EXPECT_GT(PlanScene(scene).value().relief.mass, 1.5);
+  EXPECT_EQ(PlanScene(scene, true).value().relief.mass, 1);
+  scene.rods[0].velocity = {0, 0, 1};
+  EXPECT_EQ(PlanScene(scene).value().relief.mass, 1);
 }
 
 // An undamped rod that is struck at random keeps its energy just below the limit, and not far above it.

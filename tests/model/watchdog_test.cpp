@@ -129,5 +129,16 @@ TEST(Watchdog, TheBudgetHoldsForWhatScenesDo) {
   }
 }
 
+// Nothing holds it: after 3 s of free fall it is fast, and right.
+TEST(Watchdog, AFreeFallIsNoDivergence) {
+  Scene scene = TwoRods();
+  scene.rods.resize(1);
+  scene.duration = 3;
+  scene.gravity = {0, 0, -9.8};
+  const Simulated run = Simulate(scene, PlanScene(scene).value(), {3}).value();
+  ASSERT_FALSE(run.diverged) << run.diverged->Sentence();
+  EXPECT_NEAR(run.curves[0].curves[0].points(2, 10), -0.5 * 9.8 * 9, 1e-3);
+}
+
 }  // namespace
 }  // namespace tendril
