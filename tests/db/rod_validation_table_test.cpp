@@ -19,7 +19,7 @@ const std::map<std::string, double> kErrors = {{"elastica", 4e-4},
                                                {"first_mode", 1e-3},
                                                {"twist_buckling", 5e-4},
                                                {"ring", 2e-3},
-                                               {"localised_helix", 6e-3},
+                                               {"localised_helix", 1e-2},
                                                {"plectoneme", 1e-4},
                                                {"impact", 1e-3},
                                                {"free_rod", 0}};

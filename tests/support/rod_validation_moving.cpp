@@ -175,10 +175,16 @@ std::vector<Figure> LocalisedHelixFigures(bool quick) {
     const Scene scene = ValidationScene("localised_helix", kStandard, finer);
     const SceneRod& rod = scene.rods[0];
     const double second_moment = pi / 4 * std::pow(rod.design.base_radius, 4), length = rod.design.length;
-    const LocalisedHelix helix = LocalisedHelixOf(length, rod.design.youngs_modulus * second_moment,
-                                                  2 * rod.design.shear_modulus * second_moment,
-                                                  rod.tip_motion.spin.norm() * rod.tip_motion.until,
-                                                  rod.tip_motion.velocity.norm() * rod.tip_motion.until);
+    const double turn = rod.base_motion.spin.norm() * rod.base_motion.until;
+    const double slack = rod.tip_motion.velocity.norm() * (rod.tip_motion.until - rod.tip_motion.from);
+    const double bend = rod.design.youngs_modulus * second_moment;
+    const double twist = 2 * rod.design.shear_modulus * second_moment;
+    const double stretch = rod.design.youngs_modulus * pi * rod.design.base_radius * rod.design.base_radius;
+    LocalisedHelix helix = LocalisedHelixOf(length, bend, twist, turn, slack);
+    // What the rod stretches by is more slack.
+    for (int i = 0; i < 5; ++i) {
+      helix = LocalisedHelixOf(length, bend, twist, turn, slack + helix.tension * length / stretch);
+    }
     const Simulated run = RunScene(scene, {0.9 * scene.duration, scene.duration});
     const Eigen::VectorXd before = Tilts(run.curves[0].curves[0].points);
     const Eigen::VectorXd tilts = Tilts(run.curves[0].curves[1].points);
