@@ -35,7 +35,12 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
   const Rod& rod = d.rod;
   const double length = rod.rest_length.sum();
   double beyond = d.tip_force.norm();
+  double turned = 0;  // of one end against the other, rad
   if (d.plain != nullptr) {
+    turned = std::abs(d.plain->design.start_curvature.z()) * length;
+    for (const EndMotion* motion : {&d.plain->base_motion, &d.plain->tip_motion}) {
+      turned += motion->spin.norm() * std::max(0.0, motion->until - motion->from);
+    }
     // What flies, spins or is led is stopped within its length.
     double speed = std::max(d.plain->velocity.norm(), length * d.plain->spin.norm());
     for (const EndMotion* motion : {&d.plain->base_motion, &d.plain->tip_motion}) {
@@ -50,13 +55,18 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
     const double bending = rod.bend_stiffness.col(inner).head<2>().maxCoeff();
     double force = beyond;
     if (touches) force += bending * RestCurvatureAt(d, inner) * RestCurvatureAt(d, inner);
-    // Both ends are led: what buckles the rod between them.
+    // Both ends are led: what buckles the rod between them, and what it pulls with when its twist coils it,
+    // M^2 / 2B at most (docs/validation.md, localised_helix).
     if (rod.tip.hold != EndHold::kFree) {
-      force += 4 * std::numbers::pi * std::numbers::pi * bending / (length * length);
+      const double moment = rod.bend_stiffness(2, inner) * turned / length;
+      force += 4 * std::numbers::pi * std::numbers::pi * bending / (length * length) +
+               0.5 * moment * moment / bending;
     }
     strains.stretch = std::max(strains.stretch, force / rod.shear_stiffness(2, i));
     strains.shear = std::max(strains.shear, force / rod.shear_stiffness(0, i));
   }
+  // Between ends that are led a change of length shows as sag: by its root.
+  if (rod.tip.hold != EndHold::kFree) strains.stretch = std::sqrt(strains.stretch);
   return strains;
 }
 
