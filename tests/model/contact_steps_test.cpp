@@ -193,8 +193,8 @@ TEST(ContactSteps, NothingIsAllocatedOnceWarm) {
   const double period = 2 * std::numbers::pi / 40;
   const auto allocated = [&] {
     const long before = allocations;
-    for (double time = 0; time < period; time += 5 * kStep) {
-      scene.MoveTo(time);
+    for (int step = 0; 5 * kStep * step < period; ++step) {
+      scene.MoveTo(5 * kStep * step);
       PutAll(list, scene.rods);
       EXPECT_TRUE(list.Find());
       for (std::size_t r = 0; r < scene.rods.size(); ++r) list.AddForces(r, force.data(), 1);
