@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "model/geometry/segment_distance.h"
 
@@ -19,10 +20,6 @@ struct Side {
   Vector3d start_velocity = Vector3d::Zero(), end_velocity = Vector3d::Zero();
   double radius = 0;
   double share = 0.5;  // of the end node, where the law shares by rule
-  // Edges of the elements before and behind, and which part of a contact at the node between is this
-  // element's.
-  Vector3d before = Vector3d::Zero(), behind = Vector3d::Zero();
-  double start_part = 1, end_part = 1;
 };
 
 Side SideOf(const Rod& rod, Index element) {
@@ -35,14 +32,6 @@ Side SideOf(const Rod& rod, Index element) {
   // A rod's end nodes have half the mass of the others.
   if (element == 0) side.share = 2.0 / 3;
   if (element == rod.elements() - 1) side.share = 1.0 / 3;
-  if (element > 0) {
-    side.before = side.start - rod.position.col(element - 1);
-    side.start_part = 0.5;
-  }
-  if (element + 1 < rod.elements()) {
-    side.behind = rod.position.col(element + 2) - side.end;
-    side.end_part = 0.5;
-  }
   return side;
 }
 
@@ -52,28 +41,7 @@ struct Touch {
   double a_end, b_end;  // share of the end node
 };
 
-// The part of a contact that is this side's, its closest point at share s of the element and the other's from
-// there along `apart`.
-double PartOf(const Side& side, double s, const Vector3d& apart) {
-  const double tolerance = 1e-9 * (side.end - side.start).squaredNorm();
-  if (s > 1 - 1e-9) return apart.dot(side.behind) > tolerance ? 0 : side.end_part;
-  if (s < 1e-9) return -apart.dot(side.before) > tolerance ? 0 : side.start_part;
-  return 1;
-}
-
-double PartOf(const Side& a, const Side& b, const ClosestPoints& closest) {
-  const Vector3d u = a.end - a.start, v = b.end - b.start;
-  const double uu = u.squaredNorm(), vv = v.squaredNorm();
-  const double slant = closest.apart.dot(u);
-  if (uu * vv > 0 && u.cross(v).squaredNorm() <= 1e-14 * uu * vv &&
-      slant * slant <= 1e-14 * uu * closest.apart.squaredNorm()) {
-    const double from = std::clamp(u.dot(b.start - a.start) / uu, 0.0, 1.0);
-    const double to = std::clamp(u.dot(b.end - a.start) / uu, 0.0, 1.0);
-    return std::abs(to - from) * std::max(1.0, std::sqrt(uu / vv));
-  }
-  return PartOf(a, closest.s, closest.apart) * PartOf(b, closest.t, -closest.apart);
-}
-
+// The published laws.
 Touch TouchOf(const Contact& contact, const Side& a, const Side& b) {
   Touch touch;
   const Vector3d centers = 0.5 * (b.start + b.end - a.start - a.end);
@@ -89,18 +57,12 @@ Touch TouchOf(const Contact& contact, const Side& a, const Side& b) {
   // Axes that cross leave no normal; what lets that happen is the watchdog's to report.
   if (!(overlap > 0) || distance == 0) return touch;
   touch.touches = true;
-  const bool by_place = contact.law == ContactLaw::kHertzSegments;
-  touch.a_end = by_place ? closest.s : a.share;
-  touch.b_end = by_place ? closest.t : b.share;
-  const double a_speed = by_place ? closest.s : 0.5;
-  const double b_speed = by_place ? closest.t : 0.5;
+  touch.a_end = a.share;
+  touch.b_end = b.share;
   const Vector3d normal = closest.apart / distance;
-  const Vector3d approach = (1 - a_speed) * a.start_velocity + a_speed * a.end_velocity -
-                            (1 - b_speed) * b.start_velocity - b_speed * b.end_velocity;
-  const double part = by_place ? PartOf(a, b, closest) : 1;
-  const double size =
-      contact.stiffness * overlap * std::sqrt(overlap) + contact.damping * approach.dot(normal);
-  touch.force = part * (by_place ? std::max(size, 0.0) : size) * normal;
+  const Vector3d approach = 0.5 * (a.start_velocity + a.end_velocity - b.start_velocity - b.end_velocity);
+  touch.force =
+      (contact.stiffness * overlap * std::sqrt(overlap) + contact.damping * approach.dot(normal)) * normal;
   return touch;
 }
 
@@ -132,11 +94,13 @@ void AddRodContact(const Contact& contact, const Rod& a, const Rod& b, Matrix3Xd
   }
 }
 
-Index FirstThatMayTouch(const Rod& rod, Index i) {
+Index FirstThatMayTouch(const Rod& rod, Index i, ContactLaw law) {
+  const double radii = law == ContactLaw::kHertzSegments ? 0.5 * std::numbers::pi : 1;
   double along = 0.5 * rod.rest_length[i];  // to the middle of element j
   for (Index j = i + 1; j < rod.elements(); ++j) {
     along += 0.5 * (rod.rest_length[j] + (j > i + 1 ? rod.rest_length[j - 1] : 0));
-    const double near = rod.radius[i] + rod.radius[j] + 0.5 * (rod.rest_length[i] + rod.rest_length[j]);
+    const double near =
+        radii * (rod.radius[i] + rod.radius[j]) + 0.5 * (rod.rest_length[i] + rod.rest_length[j]);
     if (along > near) return j;
   }
   return rod.elements();
@@ -145,7 +109,7 @@ Index FirstThatMayTouch(const Rod& rod, Index i) {
 void AddSelfContact(const Contact& contact, const Rod& rod, Matrix3Xd& force) {
   for (Index i = 0; i < rod.elements(); ++i) {
     const Side side = SideOf(rod, i);
-    for (Index j = FirstThatMayTouch(rod, i); j < rod.elements(); ++j) {
+    for (Index j = FirstThatMayTouch(rod, i, contact.law); j < rod.elements(); ++j) {
       const Touch touch = TouchOf(contact, side, SideOf(rod, j));
       if (!touch.touches) continue;
       Share(-touch.force, touch.a_end, i, force);

@@ -1,6 +1,6 @@
 #pragma once
-// Forces between rods that touch, and between a rod and a fixed body, in the plain form: every element
-// against every other.
+// Forces between rods that touch, in the plain form: every element against every other. With objects:
+// model/contact_bodies.h; fast: contact_list.h.
 
 #include <Eigen/Core>
 
@@ -9,25 +9,26 @@
 namespace tendril {
 
 enum class ContactLaw {
-  // Between the closest points of two elements, shared by where on the element they lie. Where a closest
-  // point
-  // is a node and the neighbouring element goes on toward the other, the contact is the neighbour's alone;
-  // where
-  // it does not, each element has its share, so that one contact counts once. Elements side by side, parallel
-  // within 1e-7 rad, count by how much of their length does lie side by side.
+  // An energy between every two elements, integrated along both (docs/rods.md, "Contact"): rods that cross at
+  // a
+  // right angle press with stiffness eps^(3/2), rods side by side in proportion to depth and length.
   kHertzSegments,
   kHertzEqual,  // the closest points of every pair, half on either node (an end element: a third on the rod's
                 // end)
   kHertzCenters,  // between the elements' centres, as the paper says
 };
 
-// |F| = stiffness eps^(3/2) + damping * (speed of approach) along the normal, where eps = the radii's sum
-// minus the distance is above 0. kHertzSegments never pulls; in the two others, which are as published,
-// damping may, while bodies part.
+// The published laws: |F| = stiffness eps^(3/2) + damping * (speed of approach) along the normal, where eps =
+// the radii's sum minus the distance is above 0; damping may pull, while bodies part. kHertzSegments never
+// pulls, and it alone has friction.
 struct Contact {
   ContactLaw law = ContactLaw::kHertzSegments;
-  double stiffness = 1e4;  // N/m^(3/2)
-  double damping = 0;      // N s/m
+  double stiffness = 1e4;       // N/m^(3/2)
+  double damping = 0;           // N s/m; kHertzSegments: of a crossing as deep as 5 % of the radii's sum
+  double friction = 0;          // mu of what slides
+  double static_friction = 0;   // mu of what sticks; 0: as friction
+  double tangential_ratio = 1;  // stiffness of a stick along the surface / that across it
+  int points = 1;               // of an element, where its energy is reckoned
 };
 
 // All that is nearer to the segment than the radius: a capsule, or a sphere where the ends are one.
@@ -38,18 +39,18 @@ struct FixedBody {
 };
 
 // The first element after element i of a rod (from i + 1 on) that may touch it; the number of elements if
-// none.
-Eigen::Index FirstThatMayTouch(const Rod& rod, Eigen::Index i);
+// none. kHertzSegments: what lies nearer along the rod than half a turn as tight as the rod is thick, pi/2 of
+// the radii's sum, cannot touch from side to side.
+Eigen::Index FirstThatMayTouch(const Rod& rod, Eigen::Index i, ContactLaw law);
 
-// An element's radius as its stretch leaves it, at constant volume, m.
+// An element's radius as its stretch leaves it, at constant volume, m; kHertzSegments takes it at rest.
 double PresentRadius(const Rod& rod, Eigen::Index element);
 
-// Add to forces on nodes, N                                                               (3, N+1)
+// The published laws; add to forces on nodes, N (3, N+1)
 void AddRodContact(const Contact& contact, const Rod& a, const Rod& b, Eigen::Matrix3Xd& force_a,
                    Eigen::Matrix3Xd& force_b);
 
-// Elements of one rod; those whose centres lie, along the rod, nearer than the sum of their radii and half
-// lengths always overlap and are left out.
+// Elements of one rod, from FirstThatMayTouch on.
 void AddSelfContact(const Contact& contact, const Rod& rod, Eigen::Matrix3Xd& force);
 
 void AddBodyContact(const Contact& contact, const Rod& rod, const FixedBody& body, Eigen::Matrix3Xd& force);

@@ -34,11 +34,10 @@ struct Row {
   const double* rest_length;
   const double *allowed, *edge_allowed;             // as in Move
   const double *old_x, *old_y, *old_z, *old_reach;  // centres and reach when the list of neighbours was made
-  // Of elements, by Measure. Until pairs are chosen anew, no node of the element may go farther than `drift`,
-  // nor its edge or those beside it change by more than `turn`. Until then:
+  // Of elements, by Measure. Until pairs are chosen anew, no node of the element may go farther than `drift`.
+  // Until then:
   double *center_x, *center_y, *center_z, *inverse_square;  // now; 1 / length^2
-  double *drift, *turn;
-  double* span;   // length, of the longest of this element and those beside it, now
+  double* drift;
   double* fat;    // radius, at most, plus drift
   double* bound;  // the element lies nearer than this to its present centre
   double
@@ -51,27 +50,84 @@ struct Row {
   // Pairs that may press on each other until pairs are chosen anew, by Choose; added to.
   int pairs;
   int *one, *other;  // places
+  double least_gap;  // of axes, less what their nodes may go: taken down to what is seen, m
 };
 
-// What does not change about a pair, eight pairs at a time: [pair / 8][Constant][pair % 8].
+// What does not change about a pair, eight pairs at a time: [pair / 8][Constant][pair % 8]. Of the published
+// laws:
 enum Constant {
   kOneRadius,  // at rest; of a body: as it is
   kOneLength,  // at rest
-  kOneStart,   // 1 / the elements that share the start node
-  kOneEnd,     // and the end node
-  kOneRule,    // force on the end node, where the law shares by rule
+  kOneRule,    // force on the end node
   kOtherRadius,
   kOtherLength,
-  kOtherStart,
-  kOtherEnd,
   kOtherRule,
   kConstants
+};
+// Of kSegments (press.h):
+enum PressConstant {
+  kRadii,      // their sum
+  kOneWeight,  // factor of half the energy, for each point of the one
+  kOtherWeight,
+  kOneArm,            // the one's radius as a share of the sum
+  kInverseReference,  // 1 / ReferenceStiffness
+  kStickStiffness,
+  kPressConstants
+};
+// Of an element on a solid:
+enum SolidConstant { kSolidRadius, kSolidStiffness, kSolidStick, kSolidInverseReference, kSolidConstants };
+// Of what sticks, likewise: its stretch, 3, and whether it slides.
+constexpr int kSpring = 4;
+
+struct Sliding {
+  double kinetic, at_rest;  // mu
+  double time_step;
+};
+
+struct Press {
+  double damping;
+  int points;
+  Sliding sliding;
+  int pairs;               // whole eights
+  const int *one, *other;  // places side by side
+  const double* constants;
+  double* springs;
+  const double* at;               // nodes side by side
+  const double *velocity, *spin;  // null: neither damping nor friction; of elements, lab
+  double *force, *couple;         // added to; of elements, lab
+  // Out.
+  double least_square, least_share_square;  // of distances of axes where they press; by the radii's sum
+};
+
+enum PartKind { kCapsulePart, kCylinderPart, kBoxPart, kHalfSpacePart };  // a sphere is a capsule
+struct SolidPart {
+  PartKind kind;
+  double radius, half[3];
+  double axes[3][3], position[3];  // lab
+};
+struct PressOnSolid {
+  SolidPart part;
+  double origin[3], moving[3], turning[3];  // of the solid: m, m/s, rad/s
+  double damping;
+  int points;
+  Sliding sliding;
+  int elements;  // whole eights
+  const int* one;
+  const double* constants;
+  double* springs;
+  const double* at;
+  const double *velocity, *spin;
+  double *force, *couple;
+  // Out, added to: force and torque about the origin.
+  double on_solid[6];
+  double least_share;  // 1 - depth / (2 radius), as between two rods alike
 };
 
 struct Touch {
   Law law;
   double stiffness, damping;
-  int rod_pairs, pairs;    // pairs of rods, then of bodies with rods; whole eights
+  bool bodies;             // the ones are bodies
+  int pairs;               // whole eights
   const int *one, *other;  // places side by side
   const double* constants;
   const double* at;        // nodes side by side
@@ -86,7 +142,9 @@ struct Kernels {
   void (*move)(Move&);
   void (*measure)(Row&);
   void (*choose)(Row&, bool bodies);
-  void (*touch)(Touch&);
+  void (*touch)(Touch&);  // the published laws
+  void (*press)(Press&);
+  void (*press_on_solid)(PressOnSolid&);
   // Arrays' whole eights.
   void (*clear)(double* to, int eights);
   void (*add)(double* to, const double* more, int eights);

@@ -31,14 +31,16 @@ constexpr double kNothing = std::numeric_limits<double>::infinity();
 }  // namespace
 
 ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std::span<const FixedBody> bodies,
-                         const ContactPairs& pairs)
+                         std::span<const Solid> solids, const ContactPairs& pairs)
     : contact_(contact),
       pairs_(pairs),
       rods_(rods.size()),
       thinnest_(kNothing),
       least_distance_(kNothing),
       least_share_(kNothing),
-      last_least_(kNothing) {
+      least_gap_(kNothing) {
+  slides_ =
+      contact.law == ContactLaw::kHertzSegments && std::max(contact.friction, contact.static_friction) > 0;
   for (const Rod& rod : rods) {
     PlaceStrand(static_cast<int>(rod.elements()), false);
     thinnest_ = std::min(thinnest_, rod.radius.minCoeff());
@@ -54,7 +56,8 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
       strands_[eight.strands[k]].lane = eight.lane + static_cast<int>(k);
     }
   }
-  for (std::vector<double>* all : {&nodes_, &velocities_, &staged_, &reference_, &forces_}) {
+  for (std::vector<double>* all :
+       {&nodes_, &velocities_, &spins_, &staged_, &reference_, &forces_, &couples_}) {
     all->assign(static_cast<std::size_t>(lanes), 0.0);
   }
   for (std::vector<double>* all : {&allowed_, &edge_allowed_})
@@ -73,10 +76,11 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   for (std::size_t r = 0; r < rods.size(); ++r) {
     PlaceRod(rods[r], strands_[r]);
     for (Eigen::Index i = 0; pairs.selves && i < rods[r].elements(); ++i) {
-      strands_[r].may_touch.push_back(static_cast<int>(FirstThatMayTouch(rods[r], i)));
+      strands_[r].may_touch.push_back(static_cast<int>(FirstThatMayTouch(rods[r], i, contact.law)));
     }
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) PlaceBody(bodies[b], strands_[rods_ + b]);
+  for (const Solid& solid : solids) PlaceSolid(solid);
   boxes_.resize(strands_.size());
   partners_.resize(strands_.size());
   for (std::vector<std::size_t>& partners : partners_) partners.reserve(strands_.size());
@@ -104,7 +108,6 @@ void ContactList::PlaceRod(const Rod& rod, const Strand& strand) {
     At(kRestLength)[strand.place + i] = rod.rest_length[i];
     At(kEndShare)[strand.place + i] = i == 0 ? 2.0 / 3 : i == n - 1 ? 1.0 / 3 : 0.5;
   }
-  for (int i = 0; i <= n; ++i) At(kNodeShare)[strand.place + i] = i == 0 || i == n ? 1 : 0.5;
 }
 
 // A body drifts by nothing, so what rods have measured anew stays as it is here.
@@ -122,14 +125,13 @@ void ContactList::PlaceBody(const FixedBody& body, const Strand& strand) {
   }
   const double length = (body.end - body.start).norm();
   At(kRestRadius)[from] = At(kFat)[from] = body.radius;
-  At(kRestLength)[from] = At(kSpan)[from] = length;
+  At(kRestLength)[from] = length;
   At(kInverseSquare)[from] = length > 0 ? 1 / (length * length) : 0;
   At(kBound)[from] = body.radius + 0.5 * length;
-  At(kNodeShare)[from] = At(kNodeShare)[from + 1] = 1;
   At(kEndShare)[from] = 0.5;
 }
 
-void ContactList::Put(std::size_t rod, const double* positions, const double* velocities,
+void ContactList::Put(std::size_t rod, const double* positions, const double* velocities, const double* spins,
                       std::size_t stride) {
   const Strand& strand = strands_[rod];
   for (Eight& eight : eights_) {
@@ -138,7 +140,10 @@ void ContactList::Put(std::size_t rod, const double* positions, const double* ve
   std::size_t to = static_cast<std::size_t>(strand.lane);
   for (int i = 0; i < 3 * (strand.elements + 1); ++i, to += kRodLanes) {
     staged_[to] = positions[static_cast<std::size_t>(i) * stride];
-    if (contact_.damping != 0) velocities_[to] = velocities[static_cast<std::size_t>(i) * stride];
+    if (Moves()) velocities_[to] = velocities[static_cast<std::size_t>(i) * stride];
+    if (Moves() && spins != nullptr && i < 3 * strand.elements) {
+      spins_[to] = spins[static_cast<std::size_t>(i) * stride];
+    }
   }
 }
 
@@ -154,8 +159,13 @@ void ContactList::PutLanes(std::span<const std::size_t> rods, const double* posi
                            const double* velocities) {
   const Eight& eight = EightOf(rods);
   Follow(eight, positions);
-  if (contact_.damping == 0) return;
+  if (!Moves()) return;
   std::copy_n(velocities, kNode * (eight.elements + 1), velocities_.begin() + eight.lane);
+}
+
+std::span<double> ContactList::LaneSpins(std::span<const std::size_t> rods) {
+  const Eight& eight = EightOf(rods);
+  return {spins_.data() + eight.lane, static_cast<std::size_t>(kNode * eight.elements)};
 }
 
 void ContactList::Follow(const Eight& eight, const double* positions) {
@@ -176,7 +186,7 @@ void ContactList::Follow(const Eight& eight, const double* positions) {
   left_ = move.left;
 }
 
-bool ContactList::Find() {
+bool ContactList::Find(double time_step) {
   for (Eight& eight : eights_) {
     if (eight.staged) Follow(eight, staged_.data() + eight.lane);
     eight.staged = false;
@@ -185,34 +195,66 @@ bool ContactList::Find() {
   double moved = std::isfinite(sum_of_squares_) ? std::sqrt(farthest_square_) : sum_of_squares_;
   if (!started_) moved = 0;
   longest_move_ = std::max(longest_move_, moved);
-  // Elements that did not press were farther apart than their radii's sum, and so than the thinnest radius,
-  // as long as none is stretched fourfold.
-  if (2 * moved >= std::min(last_least_, thinnest_)) nothing_passed_ = false;
+  longest_since_ = std::max(longest_since_, moved);
   farthest_square_ = sum_of_squares_ = 0;
   if (!std::isfinite(moved)) return false;
   ++steps_;
+  FollowSolids(time_step);
   if (left_ || forgotten_) ChoosePairs();
   started_ = true;
-  contact_kernel::Touch touch{};
-  touch.law = KernelsLaw();
-  touch.stiffness = contact_.stiffness;
-  touch.damping = contact_.damping;
-  touch.rod_pairs = static_cast<int>(rod_pairs_);
-  touch.pairs = static_cast<int>(one_.size());
-  touch.one = one_.data();
-  touch.other = other_.data();
-  touch.constants = constants_.data();
-  touch.at = nodes_.data();
-  if (contact_.damping != 0) touch.velocity = velocities_.data();
-  touch.force = forces_.data();
-  touch.least_distance = touch.least_share = kNothing;
   const contact_kernel::Kernels kernels = contact_kernel::KernelsOfThisMachine();
   kernels.clear(forces_.data(), static_cast<int>(forces_.size()) / kRodLanes);
-  kernels.touch(touch);
-  last_least_ = touch.least_distance;
-  least_distance_ = std::min(least_distance_, touch.least_distance);
-  least_share_ = std::min(least_share_, touch.least_share);
+  if (Moves()) kernels.clear(couples_.data(), static_cast<int>(couples_.size()) / kRodLanes);
+  if (contact_.law == ContactLaw::kHertzSegments) {
+    PressRods(time_step);
+    PressOnSolids(time_step);
+  } else {
+    TouchAsPublished();
+  }
   return true;
+}
+
+void ContactList::TouchAsPublished() {
+  for (ContactSlots* slots : {&rod_pairs_, &body_pairs_}) {
+    contact_kernel::Touch touch{};
+    touch.law = KernelsLaw();
+    touch.stiffness = contact_.stiffness;
+    touch.damping = contact_.damping;
+    touch.bodies = slots == &body_pairs_;
+    touch.pairs = static_cast<int>(slots->one.size());
+    touch.one = slots->one.data();
+    touch.other = slots->other.data();
+    touch.constants = slots->constants.data();
+    touch.at = nodes_.data();
+    if (Moves()) touch.velocity = velocities_.data();
+    touch.force = forces_.data();
+    touch.least_distance = least_distance_;
+    touch.least_share = least_share_;
+    contact_kernel::KernelsOfThisMachine().touch(touch);
+    least_distance_ = touch.least_distance;
+    least_share_ = touch.least_share;
+  }
+}
+
+void ContactList::PressRods(double time_step) {
+  contact_kernel::Press press{};
+  press.damping = contact_.damping;
+  press.points = contact_.points;
+  press.sliding = SlidingOn(contact_.friction, contact_.static_friction, time_step);
+  press.pairs = static_cast<int>(rod_pairs_.one.size());
+  press.one = rod_pairs_.one.data();
+  press.other = rod_pairs_.other.data();
+  press.constants = rod_pairs_.constants.data();
+  press.springs = rod_pairs_.springs.data();
+  press.at = nodes_.data();
+  if (Moves()) press.velocity = velocities_.data(), press.spin = spins_.data();
+  press.force = forces_.data();
+  press.couple = couples_.data();
+  press.least_square = least_distance_ * least_distance_;
+  press.least_share_square = least_share_ * least_share_;
+  contact_kernel::KernelsOfThisMachine().press(press);
+  least_distance_ = std::sqrt(press.least_square);
+  least_share_ = std::sqrt(press.least_share_square);
 }
 
 void ContactList::AddForces(std::size_t rod, double* forces, std::size_t stride) const {
@@ -228,21 +270,25 @@ void ContactList::AddLaneForces(std::span<const std::size_t> rods, double* force
   contact_kernel::KernelsOfThisMachine().add(forces, forces_.data() + eight.lane, 3 * (eight.elements + 1));
 }
 
-Eigen::Vector3d ContactList::ForceOnBody(std::size_t body) const {
-  const auto from = static_cast<std::size_t>(strands_[rods_ + body].lane);
-  Eigen::Vector3d force;
-  for (std::size_t k = 0; k < 3; ++k) {
-    force[static_cast<Eigen::Index>(k)] =
-        forces_[from + kRodLanes * k] + forces_[from + kNode + kRodLanes * k];
+void ContactList::AddCouples(std::size_t rod, double* couples, std::size_t stride) const {
+  const Strand& strand = strands_[rod];
+  std::size_t from = static_cast<std::size_t>(strand.lane);
+  for (int i = 0; i < 3 * strand.elements; ++i, from += kRodLanes) {
+    couples[static_cast<std::size_t>(i) * stride] += couples_[from];
   }
-  return force;
+}
+
+void ContactList::AddLaneCouples(std::span<const std::size_t> rods, double* couples) const {
+  const Eight& eight = EightOf(rods);
+  contact_kernel::KernelsOfThisMachine().add(couples, couples_.data() + eight.lane, 3 * eight.elements);
 }
 
 std::vector<double> ContactList::Save() const {
   std::vector<double> saved{least_distance_,
                             least_share_,
                             longest_move_,
-                            last_least_,
+                            least_gap_,
+                            longest_since_,
                             static_cast<double>(lists_),
                             nothing_passed_ ? 1.0 : 0.0,
                             started_ ? 1.0 : 0.0};
@@ -252,26 +298,41 @@ std::vector<double> ContactList::Save() const {
       saved.push_back(nodes_[static_cast<std::size_t>(at)]);
     }
   }
+  rod_pairs_.SaveSprings(saved);
+  for (const Part& part : parts_) part.slots.SaveSprings(saved);
   return saved;
 }
 
-void ContactList::Restore(std::span<const double> saved) {
-  TENDRIL_CHECK(saved.size() == Save().size());
+bool ContactList::Restore(std::span<const double> saved) {
+  // Springs' numbers come and go: their lists are looked through before anything changes.
+  std::size_t from = 8;
+  for (std::size_t r = 0; r < rods_; ++r) from += 3 * (static_cast<std::size_t>(strands_[r].elements) + 1);
+  const std::size_t springs = from;
+  for (std::size_t list = 0; list <= parts_.size(); ++list) {
+    if (from >= saved.size() || !(saved[from] >= 0 && saved[from] < 1e9)) return false;
+    from += 1 + static_cast<std::size_t>(saved[from]) * (2 + contact_kernel::kSpring);
+  }
+  if (from != saved.size()) return false;
   least_distance_ = saved[0];
   least_share_ = saved[1];
   longest_move_ = saved[2];
-  last_least_ = saved[3];
-  lists_ = static_cast<long>(saved[4]);
-  nothing_passed_ = saved[5] != 0;
-  started_ = saved[6] != 0;
-  std::size_t from = 7;
+  least_gap_ = saved[3];
+  longest_since_ = saved[4];
+  lists_ = static_cast<long>(saved[5]);
+  nothing_passed_ = saved[6] != 0;
+  started_ = saved[7] != 0;
+  from = 8;
   for (std::size_t r = 0; r < rods_; ++r) {
     for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
       const int at = strands_[r].lane + kRodLanes * i;
       nodes_[static_cast<std::size_t>(at)] = saved[from++];
     }
   }
+  TENDRIL_CHECK(from == springs);
+  from += rod_pairs_.RestoreSprings(saved.data() + from);
+  for (Part& part : parts_) from += part.slots.RestoreSprings(saved.data() + from);
   ForgetList();
+  return true;
 }
 
 }  // namespace tendril

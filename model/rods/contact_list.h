@@ -1,5 +1,5 @@
 #pragma once
-// The forces of contact.h, fast, in three stages (docs/rods.md, "Contact, fast"):
+// The loads of contact_plain.h, fast, in three stages (docs/rods.md, "Contact, fast"):
 //
 //   neighbours  elements near each other, within a wide margin; remade rarely
 //   pairs       neighbours that may press on each other before a node has gone as far as it is allowed to;
@@ -17,57 +17,78 @@
 
 #include "model/rods/contact.h"
 #include "model/rods/contact_kernel.h"
+#include "model/rods/contact_plain.h"
+#include "model/rods/contact_slots.h"
 #include "model/rods/rod.h"
+#include "model/rods/solid.h"
 
 namespace tendril {
 
-struct ContactPairs {
-  bool rods = true;    // rod with rod
-  bool selves = true;  // a rod with itself
-  bool bodies = true;
-};
-
 class ContactList {
  public:
+  //   bodies  that do not move, of the published laws
+  //   solids  of kHertzSegments, as they start; their shapes stay
   ContactList(const Contact& contact, std::span<const Rod> rods, std::span<const FixedBody> bodies,
-              const ContactPairs& pairs);
+              std::span<const Solid> solids, const ContactPairs& pairs);
 
-  // Nodes of a rod for the next Find: [node][component], `stride` numbers between neighbours, m and m/s.
-  void Put(std::size_t rod, const double* positions, const double* velocities, std::size_t stride);
+  // Velocities and spins count: there is damping or friction.
+  bool Moves() const { return contact_.damping != 0 || slides_; }
+
+  // Nodes of a rod for the next Find: [node][component], `stride` numbers between neighbours, m and m/s;
+  // spins of elements likewise, lab, rad/s (null: 0).
+  void Put(std::size_t rod, const double* positions, const double* velocities, const double* spins,
+           std::size_t stride);
   // The same, faster, for rods side by side as in LaneRods: up to eight of equally many elements, gathered
   // in the rods' order; always by this or always by the above.
   void PutLanes(std::span<const std::size_t> rods, const double* positions, const double* velocities);
-  // Forces of what was put.
+  // Where their spins are to be written, [element][component][8]; where Moves().
+  std::span<double> LaneSpins(std::span<const std::size_t> rods);
+  // Where a solid is and how it moves.
+  void PutSolid(std::size_t solid, const Eigen::Isometry3d& pose, const Eigen::Vector3d& velocity,
+                const Eigen::Vector3d& spin);
+
+  // Loads of what was put; springs of what sticks move on by a step.
   //   returns  false  a node is not finite: none were found
-  bool Find();
-  // Adds a rod's forces, N; laid out as above.
+  bool Find(double time_step);
+  // Adds a rod's forces, N, and couples, lab, N m; laid out as above.
   void AddForces(std::size_t rod, double* forces, std::size_t stride) const;
+  void AddCouples(std::size_t rod, double* couples, std::size_t stride) const;
   void AddLaneForces(std::span<const std::size_t> rods, double* forces) const;
-  // Force on a body, N.
-  Eigen::Vector3d ForceOnBody(std::size_t body) const;
+  void AddLaneCouples(std::span<const std::size_t> rods, double* couples) const;
+  Wrench OnSolid(std::size_t solid) const { return solids_[solid].wrench; }
 
   // The next Find makes both lists from nothing: what it and those after it find depends, to the bit, on
   // what is put from now on alone (not so the numbers below).
   void ForgetList() { forgotten_ = true; }
   // What a run goes on from after ForgetList, in numbers.
   std::vector<double> Save() const;
-  void Restore(std::span<const double> saved);
+  //   returns  false  it is not of such a list; nothing has changed
+  bool Restore(std::span<const double> saved);
 
-  // Since the start: the least distance of what pressed (of axes, or of centres with kHertzCenters), m, and
-  // as a share of their radii's sum (infinite: nothing touched); the farthest that a node went between two
-  // Finds, m; how often the list of neighbours was made.
+  // Since the start: the least distance of axes of rods that pressed (with kHertzCenters, of centres), m, and
+  // of all that pressed as a share of the radii's sum, a solid's surface standing for a rod alike (infinite:
+  // nothing touched); the farthest that a node went between two Finds, m; how often the list of neighbours
+  // was made.
   double least_distance() const { return least_distance_; }
   double least_share() const { return least_share_; }
   double longest_move() const { return longest_move_; }
   long lists() const { return lists_; }
-  // No axis passed through another: between two Finds nodes moved by less than half the least distance
-  // that axes had around them. (Elements that are left out as neighbours along a rod are not looked at.)
-  // Nothing is known with kHertzCenters: axes can cross between centres.
+  // No axis passed through another, nor through a solid's surface: from each choice of pairs to the next,
+  // nodes went less far than axes were apart. (Elements that are left out as neighbours along a rod are not
+  // looked at.) Nothing is known with kHertzCenters: axes can cross between centres.
   std::optional<bool> NothingPassed() const {
-    return contact_.law == ContactLaw::kHertzCenters ? std::nullopt : std::optional(nothing_passed_);
+    return contact_.law == ContactLaw::kHertzCenters
+               ? std::nullopt
+               : std::optional(nothing_passed_ && 2 * longest_since_ < least_gap_);
   }
 
  private:
+  // How far a node may go until pairs are chosen anew: as far as it would in so many steps like those since
+  // they were last chosen, or a share of what the fastest may, so that choosing costs less than the steps
+  // between; but, as a share of the thinnest radius, not so far that many pairs are looked at in vain. The
+  // same for how much an edge may change, and for solids.
+  static constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
+
   // A rod or body; in a row from `place` on, side by side with others from `lane` on (contact_kernel.h).
   struct Strand {
     int place = 0, elements = 0, lane = 0;
@@ -88,15 +109,12 @@ class ContactList {
     kEdgeAllowed,
     kRestRadius,
     kRestLength,
-    kNodeShare,
     kEndShare,
     kCenterX,
     kCenterY,
     kCenterZ,
     kInverseSquare,
     kDrift,
-    kTurn,
-    kSpan,
     kFat,
     kBound,
     kOldX,
@@ -116,7 +134,17 @@ class ContactList {
   void Allow();
   void ChoosePairs();
   void LayInARow();
-  void AddPairs(contact_kernel::Row& row, bool bodies);
+  void FindPairs(contact_kernel::Row& row, bool bodies, ContactSlots& slots);
+  void PutConstants(ContactSlots& slots) const;
+  void PutPressConstants(ContactSlots& slots) const;
+  void PlaceSolid(const Solid& solid);
+  void FollowSolids(double time_step);
+  void ChooseOnSolids();
+  void ChooseOnPart(std::size_t part);
+  contact_kernel::Sliding SlidingOn(double friction, double static_friction, double time_step) const;
+  void PressRods(double time_step);
+  void PressOnSolids(double time_step);
+  void TouchAsPublished();
   void MakeNeighbours();
   void FindPartners();
   void AddRuns(int element, int from, int to);
@@ -132,15 +160,32 @@ class ContactList {
   std::vector<double> memory_;
   std::vector<int> lane_of_place_;
   // Side by side: [node][component][8]; squares of lengths [node or element][8].
-  std::vector<double> nodes_, velocities_, staged_, reference_, forces_;
+  std::vector<double> nodes_, velocities_, spins_, staged_, reference_, forces_, couples_;
   std::vector<double> allowed_, edge_allowed_;
   // Neighbours.
   std::vector<int> element_, first_, runs_;
   std::size_t rod_elements_ = 0;  // entries of element_ that are no bodies
   // Pairs, in whole eights (contact_kernel.h).
-  std::vector<int> found_one_, found_other_, one_, other_;
-  std::vector<double> constants_;
-  std::size_t rod_pairs_ = 0;
+  std::vector<int> found_one_, found_other_;
+  ContactSlots rod_pairs_, body_pairs_, old_;
+  // Solids, and their parts in the order of solids.
+  struct Placed {
+    Solid solid;
+    double reach = 0;                                               // of its surface from its origin, m
+    Eigen::Isometry3d chosen_pose = Eigen::Isometry3d::Identity();  // when pairs were last chosen
+    double allowed = 0;  // how far its surface may go from there, m
+    double step = 0;     // by how much it moved just now, at most, m
+    Wrench wrench;
+  };
+  struct Part {
+    std::size_t solid = 0;
+    Primitive primitive;
+    double reach = 0;  // from the primitive's centre
+    ContactSlots slots;
+  };
+  std::vector<Placed> solids_;
+  std::vector<Part> parts_;
+  bool slides_ = false;  // there is friction
   // While neighbours are sought: runs of eight elements from each eighth place on, and strands' boxes.
   struct Box {
     Eigen::Vector3d low, high;
@@ -156,7 +201,10 @@ class ContactList {
   bool forgotten_ = true;
   int steps_ = 0;  // since pairs were chosen
   bool started_ = false;
-  double least_distance_, least_share_, longest_move_ = 0, last_least_ = 0;
+  double least_distance_, least_share_, longest_move_ = 0;
+  // Since pairs were chosen: how near axes may have come, but for the step in which a node left what it was
+  // allowed; the farthest that anything went in a step, m.
+  double least_gap_, longest_since_ = 0;
   long lists_ = 0;
   bool nothing_passed_ = true;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "model/rods/contact_list.h"
+#include "model/rods/press.h"
 #include "model/rods/rod_lanes.h"
 
 namespace tendril {
@@ -14,11 +15,6 @@ constexpr int kRun = 8;
 constexpr int kNode = 3 * kRodLanes;  // numbers of a node of eight rods side by side
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-// How far a node may go until pairs are chosen anew: as far as it would in so many steps like those since
-// they were last chosen, or a share of what the fastest may, so that choosing costs less than the steps
-// between; but, as a share of the thinnest radius, not so far that many pairs are looked at in vain. The same
-// for how much an edge may change.
-constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
 // Beyond this an element's reach may grow until neighbours are sought anew, as a share of the thinnest
 // radius.
 constexpr double kMargin = 0.15;
@@ -104,54 +100,90 @@ void ContactList::ChoosePairs() {
   row.old_x = At(kOldX), row.old_y = At(kOldY), row.old_z = At(kOldZ), row.old_reach = At(kOldReach);
   row.center_x = At(kCenterX), row.center_y = At(kCenterY), row.center_z = At(kCenterZ);
   row.inverse_square = At(kInverseSquare);
-  row.drift = At(kDrift), row.turn = At(kTurn), row.span = At(kSpan), row.fat = At(kFat),
-  row.bound = At(kBound);
+  row.drift = At(kDrift), row.fat = At(kFat), row.bound = At(kBound);
   contact_kernel::KernelsOfThisMachine().measure(row);
   if (forgotten_ || row.strayed > 0) MakeNeighbours();
-  one_.clear();
-  other_.clear();
-  constants_.clear();
+  // What was chosen before has come as near as it was allowed, and a step nearer on either side.
+  if (2 * longest_since_ >= least_gap_) nothing_passed_ = false;
+  longest_since_ = 0;
+  row.least_gap = kNothing;
   row.element = element_.data(), row.first = first_.data(), row.runs = runs_.data();
   found_one_.resize(std::max(found_one_.size(), kRun * runs_.size()));
   found_other_.resize(found_one_.size());
   row.one = found_one_.data(), row.other = found_other_.data();
   row.to = static_cast<int>(rod_elements_);
-  AddPairs(row, false);
-  rod_pairs_ = one_.size();
+  std::swap(old_, rod_pairs_);
+  FindPairs(row, false, rod_pairs_);
+  if (Moves()) rod_pairs_.TakeSprings(old_);
   row.from = row.to, row.to = static_cast<int>(element_.size());
-  AddPairs(row, true);
+  FindPairs(row, true, body_pairs_);
+  // What was not chosen is farther apart than the radii.
+  least_gap_ = std::min(row.least_gap, thinnest_);
+  ChooseOnSolids();
   forgotten_ = left_ = false;
 }
 
 // Filled up to a whole eight with copies of the last that have no radius.
-void ContactList::AddPairs(contact_kernel::Row& row, bool bodies) {
+void ContactList::FindPairs(contact_kernel::Row& row, bool bodies, ContactSlots& slots) {
   using namespace contact_kernel;
   row.pairs = 0;
   KernelsOfThisMachine().choose(row, bodies);
-  const int eights = (row.pairs + kRun - 1) / kRun;
-  std::size_t to = constants_.size();
-  constants_.resize(to + static_cast<std::size_t>(eights * kRun * kConstants));
+  slots.Clear();
+  slots.found = row.pairs;
+  const int filled = (row.pairs + kRun - 1) / kRun * kRun;
+  for (int p = 0; p < filled; ++p) {
+    const int from = std::min(p, row.pairs - 1), i = row.one[from], j = row.other[from];
+    slots.one_place.push_back(i);
+    slots.other_place.push_back(j);
+    slots.one.push_back(lane_of_place_[static_cast<std::size_t>(i)]);
+    slots.other.push_back(lane_of_place_[static_cast<std::size_t>(j)]);
+  }
+  contact_.law == ContactLaw::kHertzSegments ? PutPressConstants(slots) : PutConstants(slots);
+}
+
+namespace {
+
+// Where the constants of a slot begin.
+double* ConstantsOf(ContactSlots& slots, int count, std::size_t slot) {
+  return slots.constants.data() + slot / kRun * (kRun * static_cast<std::size_t>(count)) + slot % kRun;
+}
+
+}  // namespace
+
+void ContactList::PutConstants(ContactSlots& slots) const {
+  using namespace contact_kernel;
+  const double *radius = At(kRestRadius), *length = At(kRestLength), *rule = At(kEndShare);
+  slots.constants.resize(slots.one.size() * kConstants);
+  for (std::size_t p = 0; p < slots.one.size(); ++p) {
+    const int i = slots.one_place[p], j = slots.other_place[p];
+    const bool filling = p >= static_cast<std::size_t>(slots.found);
+    double* const constants = ConstantsOf(slots, kConstants, p);
+    constants[kRun * kOneRadius] = radius[i];
+    constants[kRun * kOneLength] = length[i];
+    constants[kRun * kOneRule] = rule[i];
+    constants[kRun * kOtherRadius] = filling ? std::numeric_limits<double>::quiet_NaN() : radius[j];
+    constants[kRun * kOtherLength] = length[j];
+    constants[kRun * kOtherRule] = rule[j];
+  }
+}
+
+void ContactList::PutPressConstants(ContactSlots& slots) const {
+  using namespace contact_kernel;
   const double *radius = At(kRestRadius), *length = At(kRestLength);
-  const double *share = At(kNodeShare), *rule = At(kEndShare);
-  for (int p = 0; p < eights * kRun; ++p, ++to) {
-    const bool filling = p >= row.pairs;
-    const int from = filling ? row.pairs - 1 : p, i = row.one[from], j = row.other[from];
-    one_.push_back(lane_of_place_[static_cast<std::size_t>(i)]);
-    other_.push_back(lane_of_place_[static_cast<std::size_t>(j)]);
-    const double nothing = std::numeric_limits<double>::quiet_NaN();
-    double* const constants = constants_.data() + to;
-    const auto put = [&](Constant which, double value) { constants[kRun * which] = value; };
-    put(kOneRadius, radius[i]);
-    put(kOneLength, length[i]);
-    put(kOneStart, share[i]);
-    put(kOneEnd, share[i + 1]);
-    put(kOneRule, rule[i]);
-    put(kOtherRadius, filling ? nothing : radius[j]);
-    put(kOtherLength, length[j]);
-    put(kOtherStart, share[j]);
-    put(kOtherEnd, share[j + 1]);
-    put(kOtherRule, rule[j]);
-    if (p % kRun == kRun - 1) to += kRun * (kConstants - 1);
+  slots.constants.resize(slots.one.size() * kPressConstants);
+  for (std::size_t p = 0; p < slots.one.size(); ++p) {
+    const int i = slots.one_place[p], j = slots.other_place[p];
+    const bool filling = p >= static_cast<std::size_t>(slots.found);
+    const double radii = radius[i] + radius[j];
+    const double factor = PressFactor(contact_.stiffness, radii);
+    double* const constants = ConstantsOf(slots, kPressConstants, p);
+    constants[kRun * kRadii] = filling ? std::numeric_limits<double>::quiet_NaN() : radii;
+    constants[kRun * kOneWeight] = factor * length[i] / contact_.points;
+    constants[kRun * kOtherWeight] = factor * length[j] / contact_.points;
+    constants[kRun * kOneArm] = radius[i] / radii;
+    constants[kRun * kInverseReference] = 1 / ReferenceStiffness(contact_.stiffness, radii);
+    constants[kRun * kStickStiffness] =
+        contact_.tangential_ratio * StickStiffness(factor, radii, length[i] + length[j]);
   }
 }
 

@@ -1,0 +1,77 @@
+#pragma once
+// Chosen pairs, or elements on a part of a solid, in whole eights, with the springs of what sticks. Used by
+// contact_list.h.
+
+#include <cstddef>
+#include <vector>
+
+#include "model/rods/contact_kernel.h"
+
+namespace tendril {
+
+struct ContactSlots {
+  // Of each: places in a row, by which it is known (ascending by the one, then by the other), and side by
+  // side.
+  std::vector<int> one_place, other_place, one, other;
+  int found = 0;  // the rest fills the last eight up
+  std::vector<double> constants, springs;
+
+  void Clear() {
+    for (std::vector<int>* all : {&one_place, &other_place, &one, &other}) all->clear();
+    constants.clear();
+    found = 0;
+  }
+  double* SpringAt(std::size_t slot) {
+    return springs.data() + slot / 8 * (8 * contact_kernel::kSpring) + slot % 8;
+  }
+  const double* SpringAt(std::size_t slot) const { return const_cast<ContactSlots*>(this)->SpringAt(slot); }
+
+  // Springs of another choice of the same elements, where they are here too; else none.
+  void TakeSprings(const ContactSlots& from) {
+    const std::size_t size = one_place.size();
+    springs.assign((size + 7) / 8 * (8 * contact_kernel::kSpring), 0.0);
+    std::size_t old = 0;
+    const auto count = static_cast<std::size_t>(from.found);
+    for (std::size_t slot = 0; slot < static_cast<std::size_t>(found); ++slot) {
+      const auto before = [&](std::size_t k) {
+        return from.one_place[k] != one_place[slot] ? from.one_place[k] < one_place[slot]
+                                                    : from.other_place[k] < other_place[slot];
+      };
+      while (old < count && before(old)) ++old;
+      if (old == count) break;
+      if (from.one_place[old] != one_place[slot] || from.other_place[old] != other_place[slot]) continue;
+      for (int row = 0; row < contact_kernel::kSpring; ++row)
+        SpringAt(slot)[8 * row] = from.SpringAt(old)[8 * row];
+    }
+  }
+
+  // Springs that hold something: place, place, and the spring's rows, one after the other.
+  void SaveSprings(std::vector<double>& to) const {
+    const std::size_t at = to.size();
+    to.push_back(0);
+    for (std::size_t slot = 0; !springs.empty() && slot < static_cast<std::size_t>(found); ++slot) {
+      const double* const spring = SpringAt(slot);
+      if (spring[0] == 0 && spring[8] == 0 && spring[16] == 0 && spring[24] == 0) continue;
+      to[at] += 1;
+      to.push_back(one_place[slot]);
+      to.push_back(other_place[slot]);
+      for (int row = 0; row < contact_kernel::kSpring; ++row) to.push_back(spring[8 * row]);
+    }
+  }
+  //   returns  how many numbers it took
+  std::size_t RestoreSprings(const double* from) {
+    Clear();
+    found = static_cast<int>(from[0]);
+    const auto size = static_cast<std::size_t>(found);
+    springs.assign((size + 7) / 8 * (8 * contact_kernel::kSpring), 0.0);
+    std::size_t at = 1;
+    for (std::size_t slot = 0; slot < size; ++slot) {
+      one_place.push_back(static_cast<int>(from[at++]));
+      other_place.push_back(static_cast<int>(from[at++]));
+      for (int row = 0; row < contact_kernel::kSpring; ++row) SpringAt(slot)[8 * row] = from[at++];
+    }
+    return at;
+  }
+};
+
+}  // namespace tendril

@@ -1,0 +1,35 @@
+#include "model/rods/friction.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace tendril {
+
+using Eigen::Vector3d;
+
+Vector3d FrictionForce(Stick& stick, const FrictionOf& friction, const Vector3d& normal, double normal_force,
+                       const Vector3d& velocity, const Vector3d& turning, double time) {
+  // Turned along no farther than its own length, so that turning stores nothing; then laid on the surface.
+  const Vector3d turn = time * turning;
+  Vector3d stretch = (stick.stretch + turn.cross(stick.stretch)) / std::sqrt(1 + turn.squaredNorm());
+  const Vector3d slip = velocity - normal.dot(velocity) * normal;
+  stretch += time * slip;
+  stretch -= normal.dot(stretch) * normal;
+  Vector3d force = -friction.stiffness * stretch - friction.damping * slip;
+  const double limit = (stick.slides ? friction.kinetic : friction.at_rest) * normal_force;
+  const double size = force.norm();
+  if (size > limit) {
+    stick.slides = true;
+    const double kept = friction.kinetic * normal_force;
+    force *= kept / size;
+    // What the spring holds is the force alone: damping is none of it.
+    stretch = friction.stiffness > 0 ? Vector3d(-force / friction.stiffness) : Vector3d(Vector3d::Zero());
+  } else if (slip.dot(stretch) <= 0) {
+    stick.slides = false;
+  }
+  stick.stretch = stretch;
+  return force;
+}
+
+}  // namespace tendril
