@@ -27,20 +27,26 @@ struct RigidBody {
 struct BodyString {
   Eigen::Vector3d from = Eigen::Vector3d::Zero();        // lab, m
   Eigen::Vector3d to_in_body = Eigen::Vector3d::Zero();  // m
-  double length = 0;                                     // m
+  double length = 0;                                     // m; 0: a ball joint
 };
 
-// Moves straight and turns freely for a time. Turning is split into turns about the principal axes (x/2, y/2,
-// z, y/2, x/2: McLachlan 1993; Reich 1994): keeps the length of the angular momentum to rounding, reversible,
-// second order in the energy.
+// Moves straight and turns freely for a time. Turning is split into exact turns: one about the angular
+// momentum, as of a ball of the middle inertia, and what the other two principal axes turn more or less than
+// it (half, whole, half: McLachlan 1993; Touma and Wisdom 1994). Keeps the length of the angular momentum to
+// rounding, reversible, second order in the energy; exact where two of the inertias are equal.
 void DriftBody(RigidBody& body, double time);
 
 //   force   lab, N;  torque  about the centre of mass, lab, N m
 void KickBody(RigidBody& body, double time, const Eigen::Vector3d& force, const Eigen::Vector3d& torque);
 
-// The same, and what the string adds so that it is no longer than it is once the body has drifted for
-// `time` (SHAKE: second order, no drift of energy).
-//   returns  the string's mean tension over the step, N; 0: slack
+// The same, and what the string adds along its present direction so that its ends are no farther apart than
+// its length once the body has drifted for `time` (SHAKE, Ryckaert, Ciccotti and Berendsen 1977: second
+// order, no drift of energy). A string that comes taut takes the motion along it: an inelastic jerk. One that
+// is too long at the start is pulled in within the step, whatever that costs; of length 0 it is a ball joint.
+//   returns  the string's mean tension over the step, N; 0: slack. Its ends are then `length` apart to 1e-14
+//   of
+//            the coordinates; where no tension does it (the step moves the body by about the string's
+//            length), as near as one came
 double KickOnString(RigidBody& body, const BodyString& string, double time, const Eigen::Vector3d& force,
                     const Eigen::Vector3d& torque);
 

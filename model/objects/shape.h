@@ -31,7 +31,7 @@ struct Primitive {
 using Shape = std::vector<Primitive>;
 
 // Where a point is against a surface: the distance, below 0 inside, and the outward normal at the nearest
-// point (the distance's gradient; where that is not unique, one of them).
+// point (the distance's gradient; where that is not unique, one of them, of unit length). Exact to rounding.
 struct SurfaceDistance {
   double distance = 0;  // m
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -44,10 +44,12 @@ struct MassProperties {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the centre, for a mass of 1 kg, m^2
 };
-//   errors  kBadInput  no part, a half space, a size that is not above 0
+//   errors  kBadInput  no part, a half space, a size that is not above 0 (a capsule's half.z may be 0)
 Result<MassProperties> MassOf(const Shape& shape);
 
-// The same shape in its own frame: origin at the centre of mass, axes along the principal axes.
+// The same shape in its own frame: origin at the centre of mass, axes along the principal axes, each the one
+// nearest to the given axis. What is balanced already (to 1e-12 of its size) stays as it is, to the bit.
+//   errors  those of MassOf
 struct BalancedShape {
   Shape shape;
   Eigen::Isometry3d given_from_object = Eigen::Isometry3d::Identity();
@@ -57,7 +59,10 @@ struct BalancedShape {
 Result<BalancedShape> Balanced(const Shape& shape);
 
 // What stands for an object's surface where it meets a table or another object: spheres inside it, of radius
-// 0 at edges and corners.
+// 0 at edges and corners. A sphere is one; a capsule, spheres along its axis at most half a radius apart, 33
+// at most; a box, a grid over its faces, edges and corners of at most a quarter of its shortest edge, as much
+// wider as keeps it at 100 points; a cylinder, 64 points on either rim, 9 on either end and, where it is
+// longer than wide, spheres along its axis like a capsule's. A half space has none.
 struct SurfaceSphere {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // in the object, m
   double radius = 0;
