@@ -190,6 +190,17 @@ void LaneRods<S>::SetDamping(std::span<const double> damping) {
 }
 
 template <class S>
+void LaneRods<S>::UseCouples(bool use) {
+  couples_.assign(use ? static_cast<size_t>(3 * elements_) * kRodLanes : 0, S(0));
+}
+
+template <class S>
+void LaneRods<S>::LabSpins(std::span<S> to) {
+  TENDRIL_CHECK(to.size() == static_cast<size_t>(3 * elements_) * kRodLanes);
+  KernelsOfThisMachine<S>().lab_spins(MakeJob(), to.data());
+}
+
+template <class S>
 void LaneRods<S>::Drift(double time) {
   rod_kernel::Job<S> job = MakeJob();
   KernelsOfThisMachine<S>().drift(job, static_cast<S>(time));
@@ -202,6 +213,7 @@ void LaneRods<S>::Kick(const PlainOptions& options, bool with_forces) {
   rod_kernel::Job<S> job = MakeJob();
   for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
   if (with_forces) job.force = memory_.data() + at_.force;
+  if (with_forces && !couples_.empty()) job.couple = couples_.data();
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
     const double damping = damping_.empty() ? options.damping : damping_[lane < damping_.size() ? lane : 0];
     const DampedKick kick = KickOf(form_, options.time_step, damping);
@@ -222,6 +234,7 @@ int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, co
   while (true) {
     if (middle) {
       std::fill_n(memory_.data() + at_.force, forces().size(), S(0));
+      std::fill(couples_.begin(), couples_.end(), S(0));
       middle(time + (made + 0.5) * dt, *this);
     }
     Kick(options, static_cast<bool>(middle));

@@ -41,7 +41,7 @@ class LaneRods {
   static Result<LaneRods> Make(std::span<const Rod> rods, RodForm form);
 
   // Called in the middle of each step, at `time`: positions, directors, rest strains and curvatures as below.
-  // Forces are 0 when it is called and may be added to.
+  // Forces and couples are 0 when it is called and may be added to.
   using Middle = std::function<void(double time, LaneRods& rods)>;
 
   // Steps from `time` on; stops early, at a whole step, where a rod is in trouble.
@@ -50,9 +50,11 @@ class LaneRods {
   LaneTrouble trouble() const { return trouble_; }
 
   // The parts of a step, for rods whose forces depend on rods elsewhere: half a drift, forces, kick, half a
-  // drift. Kick counts what is in forces().
+  // drift. Kick counts what is in forces() and couples().
   void Drift(double time);
   void Kick(const PlainOptions& options) { Kick(options, true); }
+  // Whether there are couples(); without them a kick does not pay for them.
+  void UseCouples(bool use);
   // Damping of each rod, 1/s, instead of the options'.
   void SetDamping(std::span<const double> damping);
 
@@ -64,13 +66,20 @@ class LaneRods {
   // Back into the rods they came from: positions, velocities, directors, spins.
   void Store(std::span<Rod> rods) const;
 
+  // Spins of elements along the lab's axes, rad/s: [element][component][8 rods].
+  void LabSpins(std::span<S> to);
+
   int rods() const { return rods_; }
   int elements() const { return elements_; }
-  // All that a step changes or reads: with it another batch of the same rods goes on to the same bytes.
+  // All that a step changes or reads, but for couples, which like forces are new in every step: with it
+  // another batch of the same rods goes on to the same bytes.
   std::span<S> memory() { return memory_; }
   std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
   std::span<S> velocities() { return Part(at_.velocity, 3 * (elements_ + 1)); }
   std::span<S> forces() { return Part(at_.force, 3 * (elements_ + 1)); }
+  // On elements from outside, along the lab's axes, N m: [element][component][8 rods]; none without
+  // UseCouples.
+  std::span<S> couples() { return couples_; }
   std::span<S> rest_strains() { return Part(at_.rest_strain, 3 * elements_); }
   std::span<S> tip_couples() { return Part(at_.tip_couple, 3); }
   std::span<S> rest_curvatures() { return Part(at_.rest_curvature, 3 * (elements_ - 1)); }
@@ -92,6 +101,7 @@ class LaneRods {
   int elements_ = 0;
   Places at_{};
   std::vector<S> memory_;
+  std::vector<S> couples_;
   std::vector<double> damping_;  // of each rod; empty: the options'
   LaneTrouble trouble_;
 };

@@ -199,7 +199,7 @@ struct Kernel {
             {is_held ? pair.behind.x : none, is_held ? pair.behind.y : none, is_held ? pair.behind.z : none}};
   }
 
-  template <bool kEnergy>
+  template <bool kEnergy, bool kCouples>
   static TENDRIL_INLINE void KickGroup(Job<S>& job) {
     const Real keep = Get(job.damped), gain = Get(job.damped + 8);
     const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
@@ -265,6 +265,7 @@ struct Kernel {
         couple.y += lengthens * j1 * spin.y - round * spin.x;
         couple.z += lengthens * j3 * spin.z;
       }
+      if constexpr (kCouples) couple = Add(couple, ToBody(turn, GetVector(job.couple + 24 * i)));
       const Vector force = ToLab(turn, pull);
       kick_node(i, Sub(force, carried), i == 0 ? first_node : one);
       carried = force;
@@ -325,6 +326,7 @@ struct Kernel {
       job.turn += first;
       job.spin += first;
       if (job.force != nullptr) job.force += first;
+      if (job.couple != nullptr) job.couple += first;
       job.inverse_mass += first;
       job.rest_length += first;
       job.shear += first;
@@ -355,7 +357,20 @@ struct Kernel {
   static void Kick(Job<S>& job) {
     for (int first = 0; first < 8; first += Types<S>::kWidth) {
       Group group(job, first);
-      job.energy_form ? KickGroup<true>(group.job) : KickGroup<false>(group.job);
+      if (job.couple == nullptr) {
+        job.energy_form ? KickGroup<true, false>(group.job) : KickGroup<false, false>(group.job);
+      } else {
+        job.energy_form ? KickGroup<true, true>(group.job) : KickGroup<false, true>(group.job);
+      }
+    }
+  }
+
+  static void LabSpins(const Job<S>& job, S* to) {
+    for (int first = 0; first < 8; first += Types<S>::kWidth) {
+      for (int i = 0; i < job.elements; ++i) {
+        PutVector(to + 24 * i + first,
+                  ToLab(GetTurn(job.turn + 32 * i + first), GetVector(job.spin + 24 * i + first)));
+      }
     }
   }
 };
@@ -364,11 +379,11 @@ struct Kernel {
 
 template <>
 Kernels<double> TENDRIL_ROD_KERNELS<double>() {
-  return {&Kernel<double>::Drift, &Kernel<double>::Kick};
+  return {&Kernel<double>::Drift, &Kernel<double>::Kick, &Kernel<double>::LabSpins};
 }
 template <>
 Kernels<float> TENDRIL_ROD_KERNELS<float>() {
-  return {&Kernel<float>::Drift, &Kernel<float>::Kick};
+  return {&Kernel<float>::Drift, &Kernel<float>::Kick, &Kernel<float>::LabSpins};
 }
 
 }  // namespace tendril::rod_kernel

@@ -15,6 +15,7 @@ struct Job {
   S* turn;                  // w, x, y, z of lab_from_body, elements
   S* spin;                  // 3, elements
   const S* force;           // 3, nodes; null: none
+  const S* couple;          // 3, elements, along the lab's axes; null: none
   const S* inverse_mass;    // nodes
   const S* rest_length;     // l and 1 / l, elements
   const S* shear;           // along d1 and d2; along d3
@@ -39,10 +40,15 @@ using Drift = void (*)(Job<S>&, S time);
 template <class S>
 using Kick = void (*)(Job<S>&);
 
+// Spins along the lab's axes: 3, elements.
+template <class S>
+using LabSpins = void (*)(const Job<S>&, S* to);
+
 template <class S>
 struct Kernels {
   Drift<S> drift;
   Kick<S> kick;
+  LabSpins<S> lab_spins;
 };
 
 template <class S>

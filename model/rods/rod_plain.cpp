@@ -139,12 +139,16 @@ void DriftPlain(Rod& rod, RodForm form, double time) {
   if (rod.tip.hold == EndHold::kElement) rod.directors.back() = tip_frame;
 }
 
-void KickPlain(Rod& rod, const PlainOptions& options, const Matrix3Xd& outside) {
+void KickPlain(Rod& rod, const PlainOptions& options, const Matrix3Xd& outside,
+               const Matrix3Xd& outside_couples) {
   const Index last = rod.elements();
   Matrix3Xd force, couple;
   InternalLoads(rod, options.form, force, couple);
   force += outside;
   couple.col(last - 1) += rod.tip_couple;
+  for (Index i = 0; i < outside_couples.cols(); ++i) {
+    couple.col(i) += rod.directors[static_cast<std::size_t>(i)] * outside_couples.col(i);
+  }
   const DampedKick kick = KickOf(options.form, options.time_step, options.damping);
   for (Index i = 0; i < rod.mass.size(); ++i) {
     rod.velocity.col(i) =

@@ -31,9 +31,12 @@ struct PlainOptions {
 
 // The parts of a step, for rods whose forces depend on rods elsewhere: half a drift, forces, kick, half a
 // drift. What is held stays where it is.
-//   outside  forces on nodes, N                                                             (3, N+1)
+//   outside          forces on nodes, N                                                     (3, N+1)
+//   outside_couples  on elements, along the lab's axes, N m                                 (3, N), or none:
+//   0
 void DriftPlain(Rod& rod, RodForm form, double time);
-void KickPlain(Rod& rod, const PlainOptions& options, const Eigen::Matrix3Xd& outside);
+void KickPlain(Rod& rod, const PlainOptions& options, const Eigen::Matrix3Xd& outside,
+               const Eigen::Matrix3Xd& outside_couples = {});
 
 // Velocity and spin after a kick of rate a: keep * (their value) + gain * a. kPaper: damping after the kick,
 // as published; kEnergy: as a constant rate and damping would have it together, exactly.
