@@ -259,6 +259,11 @@ bool TomlTable::Has(const std::string& key) const {
 
 bool TomlTable::exists() const { return node_->table != nullptr; }
 
+void TomlTable::Skip() {
+  if (node_->table == nullptr) return;
+  for (const auto& [key, value] : *node_->table) node_->asked.insert(std::string(key.str()));
+}
+
 void TomlTable::Reject(const std::string& key, const std::string& expected) {
   const toml::node* node = node_->Find(key);
   if (node != nullptr) {

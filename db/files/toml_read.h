@@ -64,6 +64,9 @@ class TomlTable {
   bool Has(const std::string& key) const;  // does not count as asking
   bool exists() const;                     // whether the file has this table
 
+  // All its keys count as asked for: something else is wrong with it.
+  void Skip();
+
   // An error of the caller's own about one of this table's keys: `file:line: field = value: expected ...`.
   void Reject(const std::string& key, const std::string& expected);
 

@@ -1,8 +1,10 @@
 #pragma once
-// What a simulation is told: rods, a gripper made of them, a fixed object, how they touch and for how long.
+// What a simulation is told: rods, a gripper made of them, objects, what is around them, how they touch, and
+// what is done one after the other.
 // Read from a scene file by db/files/scene_toml.h; SI units, lab frame, angles in radians.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +13,8 @@
 #include "model/fold/design.h"
 #include "model/fold/gripper.h"
 #include "model/fold/rest_curvature.h"
+#include "model/objects/rigid_body.h"
+#include "model/objects/shape.h"
 #include "model/rods/contact.h"
 #include "model/rods/rod.h"
 
@@ -63,9 +67,24 @@ struct SceneGripper {
   double damping = 0;  // 1/s
 };
 
+enum class ObjectMotion { kFixed, kFree, kHanging };
+
 struct SceneObject {
-  std::string kind = "cylinder";  // cylinder or capsule (one shape here: rounded ends), sphere
+  std::string kind = "cylinder";  // cylinder, capsule, sphere, box, union, table
+  // What the published contact laws and the picture take a cylinder (its ends round), a capsule or a sphere
+  // for; of other kinds a point without size.
   FixedBody body;
+  std::string name;
+  Shape shape;  // in the object's own frame (model/objects/shape.h, Balanced); a table's surface is its z = 0
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // lab_from_object at the start
+  ObjectMotion motion = ObjectMotion::kFixed;
+  double mass = 0;                                     // kg; fixed: may be 0
+  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();   // principal, kg m^2; fixed: may be 0
+  std::optional<double> friction;                      // against rods and objects; else the contact's
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // of the centre of mass at the start, lab, m/s
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // at the start, lab, rad/s
+  BodyString string;                                   // where it hangs
+  std::optional<double> drag;                          // coefficient, by the area that it shows to the flow
 };
 
 struct Scene {

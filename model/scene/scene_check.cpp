@@ -1,0 +1,28 @@
+#include "model/scene/scene_check.h"
+
+namespace tendril {
+
+std::optional<SceneConflict> ConflictIn(const Scene& scene) {
+  bool moves = false, rubs = scene.contact.friction > 0 || scene.contact.static_friction > 0;
+  bool not_round = false;
+  for (const SceneObject& object : scene.objects) {
+    moves = moves || object.motion != ObjectMotion::kFixed;
+    rubs = rubs || object.friction.value_or(0) > 0;
+    not_round = not_round || object.kind == "box" || object.kind == "union" || object.kind == "table";
+  }
+  const char* const levels = "paper, standard or fast, where ";
+  if (scene.level == SimulationLevel::kStatic) {
+    if (moves) return SceneConflict{"", "level", std::string(levels) + "an object moves"};
+  }
+  const char* const laws = "hertz_segments, where ";
+  if (scene.contact.law != ContactLaw::kHertzSegments) {
+    if (rubs) return SceneConflict{"contact", "law", std::string(laws) + "there is friction"};
+    if (moves) return SceneConflict{"contact", "law", std::string(laws) + "an object moves"};
+    if (not_round) {
+      return SceneConflict{"contact", "law", std::string(laws) + "an object is a box, a union or a table"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace tendril

@@ -1,0 +1,215 @@
+// db/files/scene_toml.h: what scene files say reaches its field, old ones mean what they meant, and each slip
+// is one line.
+#include "db/files/scene_toml.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/program.h"
+
+namespace tendril {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing_support::TemporaryFolder;
+using testing_support::WriteText;
+
+Result<Scene> SceneOf(const std::string& toml) {
+  const TemporaryFolder folder;
+  WriteText(folder / "scene.toml", toml);
+  WriteText(folder / "design.toml", "");
+  return ReadScene(folder / "scene.toml");
+}
+
+std::string MessageFor(const std::string& toml) {
+  const Result<Scene> scene = SceneOf(toml);
+  return scene.ok() ? "" : scene.error().message;
+}
+
+SceneObject ObjectOf(const std::string& keys) {
+  const Result<Scene> scene = SceneOf("[[object]]\n" + keys);
+  EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().message);
+  return scene.ok() ? scene.value().objects.at(0) : SceneObject{};
+}
+
+TEST(SceneToml, TheOldExamplesMeanWhatTheyMeant) {
+  const std::string folder = std::string(TENDRIL_SOURCE_DIR) + "/examples/scenes/";
+  const Result<Scene> read = ReadScene(folder + "paper.toml");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  const Scene& scene = read.value();
+  EXPECT_EQ(scene.duration, 10);
+  EXPECT_EQ(scene.level, SimulationLevel::kPaper);
+  EXPECT_EQ(scene.gravity, Vector3d(0, 0, -9.80665));
+  ASSERT_EQ(scene.objects.size(), 1U);
+  const SceneObject& bar = scene.objects[0];
+  EXPECT_EQ(bar.kind, "cylinder");
+  EXPECT_EQ(bar.body.start, Vector3d(-(0.140 - 0.0225), 0, -0.15));
+  EXPECT_EQ(bar.body.end, Vector3d(0.140 - 0.0225, 0, -0.15));
+  EXPECT_EQ(bar.body.radius, 0.0225);
+  EXPECT_EQ(bar.motion, ObjectMotion::kFixed);
+  EXPECT_FALSE(bar.friction.has_value());
+  EXPECT_EQ(scene.contact.law, ContactLaw::kHertzSegments);
+  EXPECT_EQ(scene.contact.stiffness, 1e4);
+  EXPECT_EQ(scene.contact.friction, 0);
+  for (const char* name : {"dense", "helix", "paper-zero-g"}) {
+    EXPECT_TRUE(ReadScene(folder + name + ".toml").ok()) << name;
+  }
+}
+
+TEST(SceneToml, ACylindersShapeHasFlatEndsAndLiesAlongItsAxis) {
+  const SceneObject tube =
+      ObjectOf("kind = 'cylinder'\nradius = 0.02\nlength = 0.3\nposition = [0.1, 0, -0.2]\naxis = [0, 2, 0]");
+  ASSERT_EQ(tube.shape.size(), 1U);
+  EXPECT_EQ(tube.shape[0].kind, PrimitiveKind::kCylinder);
+  EXPECT_EQ(tube.shape[0].half.z(), 0.15);
+  const auto distance = [&](const Vector3d& lab) {
+    return DistanceTo(tube.shape[0], tube.pose.inverse() * lab).distance;
+  };
+  EXPECT_NEAR(distance({0.1, 0.16, -0.2}), 0.01, 1e-15);  // beyond the flat end
+  EXPECT_NEAR(distance({0.12, 0.15, -0.2}), 0, 1e-15);    // the rim
+  EXPECT_NEAR(distance({0.1, 0, -0.2}), -0.02, 1e-15);    // the centre
+  EXPECT_LT((tube.body.end - Vector3d(0.1, 0.13, -0.2)).norm(), 1e-15);
+}
+
+TEST(SceneToml, AMovingObjectHasTheInertiaOfItsShape) {
+  const SceneObject box = ObjectOf(
+      "kind = 'box'\nname = 'brick'\nsize = [0.1, 0.2, 0.3]\nrotation_deg = [0, 0, 90]\nmotion = 'free'\n"
+      "mass = 2\nfriction = 0.4\nvelocity = [1, 2, 3]\nspin = [4, 5, 6]\ndrag = 1.1\nposition = [1, 2, 3]");
+  EXPECT_EQ(box.name, "brick");
+  EXPECT_EQ(box.motion, ObjectMotion::kFree);
+  EXPECT_EQ(box.friction, 0.4);
+  EXPECT_EQ(box.drag, 1.1);
+  EXPECT_EQ(box.velocity, Vector3d(1, 2, 3));
+  EXPECT_EQ(box.spin, Vector3d(4, 5, 6));
+  EXPECT_EQ(box.pose.translation(), Vector3d(1, 2, 3));
+  const Matrix3d lab = box.pose.linear() * box.inertia.asDiagonal() * box.pose.linear().transpose();
+  // m / 12 (b^2 + c^2), the box's x turned to the lab's y.
+  const Vector3d expected = Vector3d(0.01 + 0.09, 0.04 + 0.09, 0.01 + 0.04) * 2 / 12;
+  EXPECT_LT((lab - Matrix3d(expected.asDiagonal())).norm(), 1e-15);
+}
+
+TEST(SceneToml, RotationsAreAboutTheLabsXThenYThenZ) {
+  const SceneObject box = ObjectOf("kind = 'box'\nsize = [1, 2, 3]\nrotation_deg = [90, 90, 0]");
+  // x then y: z goes to -y and stays there.
+  EXPECT_LT((box.pose.linear() * Vector3d::UnitZ() + Vector3d::UnitY()).norm(), 1e-15);
+  const SceneObject tube = ObjectOf("kind = 'capsule'\nradius = 0.1\nlength = 1\nrotation_deg = [0, 90, 0]");
+  EXPECT_LT((tube.body.end - Vector3d(0.4, 0, 0)).norm(), 1e-15);
+}
+
+TEST(SceneToml, AUnionIsBalancedAboutItsCentreOfMass) {
+  // Two equal balls: the centre lies between them.
+  const SceneObject pair = ObjectOf(
+      "kind = 'union'\nmotion = 'free'\nmass = 3\nposition = [0, 0, 1]\nrotation_deg = [0, 90, 0]\n"
+      "[[object.part]]\nkind = 'sphere'\nradius = 0.1\n"
+      "[[object.part]]\nkind = 'sphere'\nradius = 0.1\nposition = [0, 0, 0.6]");
+  ASSERT_EQ(pair.shape.size(), 2U);
+  EXPECT_LT((pair.pose.translation() - Vector3d(0.3, 0, 1)).norm(), 1e-15);
+  const double along = 3 * 0.4 * 0.01, across = along + 3 * 0.09;
+  const Matrix3d lab = pair.pose.linear() * pair.inertia.asDiagonal() * pair.pose.linear().transpose();
+  EXPECT_LT((lab - Matrix3d(Vector3d(along, across, across).asDiagonal())).norm(), 1e-14);
+}
+
+TEST(SceneToml, AStatedInertiaIsAboutTheFilesAxes) {
+  const SceneObject box = ObjectOf(
+      "kind = 'box'\nsize = [1, 1, 2]\nmotion = 'free'\nmass = 1\ninertia = [3, 4, 5]\n"
+      "rotation_deg = [0, 0, 90]");
+  EXPECT_EQ(box.inertia, Vector3d(3, 4, 5));
+  EXPECT_LT((box.pose.linear() * Vector3d::UnitX() - Vector3d::UnitY()).norm(), 1e-15);
+}
+
+TEST(SceneToml, WhatHangsHangsByItsTopFromStraightAbove) {
+  const std::string ball =
+      "kind = 'sphere'\nradius = 0.1\nmotion = 'hanging'\nmass = 1\nposition = [0, 0, -1]\n";
+  const SceneObject plain = ObjectOf(ball + "string_length = 0.5");
+  EXPECT_LT((plain.pose * plain.string.to_in_body - Vector3d(0, 0, -0.9)).norm(), 1e-8);
+  EXPECT_LT((plain.string.from - Vector3d(0, 0, -0.4)).norm(), 1e-8);
+  EXPECT_EQ(plain.string.length, 0.5);
+  const SceneObject by_ends = ObjectOf(ball + "string_from = [0, 0, 1]\nstring_to = [0, 0, 0.05]");
+  EXPECT_LT((by_ends.string.to_in_body - Vector3d(0, 0, 0.05)).norm(), 1e-15);
+  EXPECT_NEAR(by_ends.string.length, 1.95, 1e-14);
+  const SceneObject slack = ObjectOf(ball + "string_from = [0, 0, 1]\nstring_length = 7");
+  EXPECT_EQ(slack.string.length, 7);
+}
+
+TEST(SceneToml, UpIsAgainstGravityForWhatHangs) {
+  const Result<Scene> scene = SceneOf(
+      "[medium]\ngravity = [5, 0, 0]\n[[object]]\nkind = 'cylinder'\nradius = 0.1\nlength = 2\n"
+      "motion = 'hanging'\nmass = 1\nstring_length = 1");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const SceneObject& bar = scene.value().objects[0];
+  EXPECT_LT((bar.pose * bar.string.to_in_body - Vector3d(-1, 0, 0)).norm(), 1e-8);
+  EXPECT_LT((bar.string.from - Vector3d(-2, 0, 0)).norm(), 1e-8);
+}
+
+TEST(SceneToml, ATableIsAHalfSpaceAtItsHeight) {
+  const Result<Scene> scene = SceneOf("[table]\nheight = -0.4\nfriction = 0.6");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const SceneObject& table = scene.value().objects.at(0);
+  EXPECT_EQ(table.kind, "table");
+  EXPECT_EQ(table.friction, 0.6);
+  ASSERT_EQ(table.shape.size(), 1U);
+  EXPECT_EQ(table.shape[0].kind, PrimitiveKind::kHalfSpace);
+  EXPECT_EQ(table.pose.translation(), Vector3d(0, 0, -0.4));
+}
+
+TEST(SceneToml, FrictionReachesTheContact) {
+  const Result<Scene> scene =
+      SceneOf("[contact]\nfriction = 0.3\nfriction_static = 0.4\ntangential_stiffness_ratio = 0.8");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene.value().contact.friction, 0.3);
+  EXPECT_EQ(scene.value().contact.static_friction, 0.4);
+  EXPECT_EQ(scene.value().contact.tangential_ratio, 0.8);
+}
+
+TEST(SceneToml, EachSlipIsOneLineThatSaysWhatWasExpected) {
+  const std::string ball = "[[object]]\nkind = 'sphere'\nradius = 0.1\n";
+  const struct {
+    std::string toml, field, expected;
+  } slips[] = {
+      {"[[object]]\nkind = 'ball'", "object[0].kind = 'ball'",
+       "one of cylinder, capsule, sphere, box, union"},
+      {"[[object]]\nkind = 'box'\nsize = [1, 0, 1]", "object[0].size", "each > 0 m"},
+      {"[[object]]\nkind = 'union'", "object[0].part", "one [[object.part]] or more"},
+      {"[[object]]\nkind = 'union'\n[[object.part]]\nkind = 'sphere'\nradius = -1",
+       "object[0].part[0].radius", "a number > 0 m"},
+      {ball + "axis = [1, 0, 0]", "object[0].axis", "unknown key"},
+      {ball + "motion = 'free'", "object[0].mass", "missing, and there is no default"},
+      {ball + "motion = 'flying'", "object[0].motion = 'flying'", "one of fixed, free, hanging"},
+      {ball + "velocity = [1, 0, 0]", "object[0].velocity", "motion = free or hanging"},
+      {ball + "string_length = 1", "object[0].string_length", "motion = hanging"},
+      {ball + "motion = 'hanging'\nmass = 1", "object[0].string_length", "missing, expected a number > 0 m"},
+      {ball + "motion = 'hanging'\nmass = 1\nstring_length = 1\nstring_from = [0, 0, 5]",
+       "object[0].string_length = 1", "4.9 m or more"},
+      {ball + "motion = 'free'\nmass = 1\ninertia = [1, 1, 3]", "object[0].inertia", "above the others' sum"},
+      {"[[object]]\nkind = 'capsule'\nradius = 1\nlength = 1\naxis = [1, 0, 0]\nrotation_deg = [0, 0, 1]",
+       "object[0].axis", "not both"},
+      {"[[object]]\nkind = 'capsule'\nradius = 1\nlength = 1\naxis = [0, 0, 0]", "object[0].axis",
+       "not all zeros"},
+      {ball + "name = 'a'\n" + ball + "name = 'a'", "object[1].name = 'a'", "a name of its own"},
+      {ball + "name = 'a/b'", "object[0].name = 'a/b'", "without comma, slash"},
+      {"[table]\nfriction = 1", "table.height", "missing"},
+      {"[contact]\nfriction = 0.3\nfriction_static = 0.2", "contact.friction_static = 0.2",
+       "not below friction"},
+      {"[contact]\nfriction = 0.3\nlaw = 'hertz_equal'", "contact.law = 'hertz_equal'",
+       "hertz_segments, where there is friction"},
+      {"[contact]\nlaw = 'hertz_centers'\n[table]\nheight = 0", "contact.law",
+       "hertz_segments, where an object is a box"},
+      {ball + "motion = 'free'\nmass = 1\n[contact]\nlaw = 'hertz_centers'", "contact.law",
+       "hertz_segments, where an object moves"},
+      {"level = 'static'\n" + ball + "motion = 'free'\nmass = 1", "level = 'static'",
+       "paper, standard or fast, where an object moves"},
+  };
+  for (const auto& [toml, field, expected] : slips) {
+    EXPECT_THAT(MessageFor(toml), AllOf(HasSubstr("scene.toml:"), HasSubstr(field), HasSubstr(expected)))
+        << toml;
+  }
+}
+
+}  // namespace
+}  // namespace tendril
