@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/geometry/segment_distance.h"
 
 namespace tendril {
 namespace {
@@ -145,9 +144,11 @@ struct Planner {
         meet += gap <= 0 ? 1 : 0;
       }
       for (const SceneObject& object : scene.objects) {
-        const double distance =
-            ClosestOfSegments(from, from, object.body.start, object.body.end).apart.norm();
-        object_room = std::min(object_room, distance - object.body.radius - far(rods[a]));
+        const bool stays = object.motion == ObjectMotion::kFixed;
+        for (const Primitive& part : object.shape) {
+          const double distance = DistanceTo(part, object.pose.inverse() * from).distance;
+          object_room = std::min(object_room, stays ? distance - far(rods[a]) : -1);
+        }
       }
       turning = std::max(turning, TurningAtMost(scene, rods[a]));
     }
@@ -171,9 +172,30 @@ struct Planner {
     const char* const without = scene.level == SimulationLevel::kStatic ? "level static has no contact"
                                 : scene.contact.stiffness == 0          ? "the scene's contact stiffness is 0"
                                                                         : nullptr;
-    if (without == nullptr) return;
+    if (without == nullptr) return Press();
     plan.rod_contact = plan.self_contact = plan.object_contact = false;
     for (PlanTerm& term : plan.terms) term = {term.name, false, std::string(without) + "; else: " + term.why};
+  }
+
+  // What contact counts: friction, and how finely along the rods. Between points farther apart than kPointSpacing of
+  // the radii's sum a crossing's force changes by more than a fifth as it slides (docs/rods.md, "Contact").
+  void Press() {
+    if (!(plan.rod_contact || plan.self_contact || plan.object_contact)) return;
+    constexpr double kPointSpacing = 0.4;
+    double spacing = 0;
+    for (const Driven& d : rods) {
+      spacing = std::max(spacing, (d.rod.rest_length.array() / (2 * d.rod.radius.array())).maxCoeff());
+    }
+    const double points = std::ceil(spacing / kPointSpacing * (1 - 1e-9));
+    plan.contact_points = static_cast<int>(std::clamp(full ? 2 * points : points, 1.0, 16.0));
+    if (scene.contact.law == ContactLaw::kHertzSegments) {
+      plan.terms.push_back({"contact within elements", plan.contact_points > 1,
+                            std::to_string(plan.contact_points) + " points to an element, which is at most " +
+                                ShortNumber(spacing) + " of the radii's sum long"});
+    }
+    double friction = std::max(scene.contact.friction, scene.contact.static_friction);
+    for (const SceneObject& object : scene.objects) friction = std::max(friction, object.friction.value_or(0));
+    plan.terms.push_back({"friction", friction > 0, "mu = " + ShortNumber(friction)});
   }
 
   // How much softer a rod's stretch and shear, and how much larger its rotary inertia may be: each strain

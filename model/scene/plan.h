@@ -37,6 +37,7 @@ struct SimulationPlan {
   double stable_step = 0;  // s, of the stiffest rod
   std::string step_why;
   bool rod_contact = false, self_contact = false, object_contact = false;
+  int contact_points = 1;  // of an element, where the energy of contact is reckoned (press.h)
   RodRelief relief;
   bool plain = false;  // step in the plain form, hundreds of times slower: to check the fast one
   std::vector<PlanTerm> terms;

@@ -26,6 +26,11 @@ class Lists {
   explicit Lists(const std::vector<double>& state) : state_(state) {}
   bool ok() const { return ok_; }
   bool done() const { return ok_ && at_ == state_.size(); }
+  // Of whatever length it is.
+  std::vector<double> Next() {
+    ok_ = ok_ && at_ < state_.size() && state_[at_] >= 0 && state_[at_] < static_cast<double>(state_.size());
+    return Next(ok_ ? static_cast<std::size_t>(state_[at_]) : 0);
+  }
   std::vector<double> Next(std::size_t size) {
     std::vector<double> part(size);
     ok_ = ok_ && at_ < state_.size() && state_[at_] == static_cast<double>(size) &&
@@ -49,7 +54,11 @@ void Copy(const std::vector<double>& from, Matrix3Xd& to) { std::copy(from.begin
 
 Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Driven> rods, double time_step,
                  int threads)
-    : scene_(scene), plan_(plan), rods_(std::move(rods)) {
+    : scene_(scene),
+      plan_(plan),
+      rods_(std::move(rods)),
+      bodies_(scene, time_step),
+      on_bodies_(scene.objects.size()) {
   options_.form = FormOf(scene.level);
   options_.time_step = time_step;
   const double mass = plan.relief.mass;
@@ -59,7 +68,12 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
     ApplyRelief(plan.relief, d.rod);
     d.damping /= mass;
   }
+  const ContactPairs pairs{
+      .rods = plan.rod_contact, .selves = plan.self_contact, .bodies = plan.object_contact};
+  Contact contact = scene.contact;
+  contact.points = plan.contact_points;
   if (plan.plain) {
+    plain_contact_.emplace(contact, pairs);
     const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, 0);
     for (Driven& d : rods_) {
       ApplyDrive(DriveAt(scene_, d, growth, 0), d, d.rod);
@@ -71,14 +85,17 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
   for (Batch& batch : batches_) batch.lanes->Drift(0.5 * time_step);
   const int crew = std::min(threads, static_cast<int>(batches_.size()));
   if (crew > 1) crew_ = std::make_unique<Crew>(crew);
-  const ContactPairs pairs{
-      .rods = plan.rod_contact, .selves = plan.self_contact, .bodies = plan.object_contact};
   if (!pairs.rods && !pairs.selves && !pairs.bodies) return;
   std::vector<Rod> shapes;
   for (const Driven& d : rods_) shapes.push_back(d.rod);
   std::vector<FixedBody> bodies;
-  for (const SceneObject& object : scene.objects) bodies.push_back(object.body);
-  contacts_.emplace(scene.contact, shapes, bodies, pairs);
+  const bool published = contact.law != ContactLaw::kHertzSegments;
+  for (const SceneObject& object : scene.objects) {
+    if (published) bodies.push_back(object.body);
+  }
+  contacts_.emplace(contact, shapes, bodies, published ? std::vector<Solid>() : bodies_.solids(), pairs);
+  if (!contacts_->Moves()) return;
+  for (Batch& batch : batches_) batch.lanes->UseCouples(true);
 }
 
 std::optional<Divergence> Stepper::AdvanceTo(std::int64_t kicks) {
@@ -111,6 +128,10 @@ std::vector<Rod> Stepper::At(double time) const {
   return rods;
 }
 
+std::vector<Eigen::Isometry3d> Stepper::PosesAt(double time) const {
+  return bodies_.PosesAt(time - (static_cast<double>(kicks_) + 0.5) * options_.time_step);
+}
+
 // Names the element, as far as it can still be told.
 Divergence Stepper::Explain(Divergence found) const {
   const double time = (static_cast<double>(kicks_) - 0.5) * options_.time_step;
@@ -118,7 +139,7 @@ Divergence Stepper::Explain(Divergence found) const {
   if (const auto lost = FindNotFinite(rods_, at)) {
     found = *lost;
   } else if (found.why == "overlap") {
-    found = FindDeepest(rods_, at, scene_.objects);
+    found = FindDeepest(scene_, rods_, at, PosesAt(static_cast<double>(kicks_) * options_.time_step));
   } else if (found.why == "turned") {
     found = FindFarTurned(rods_, at, options_.time_step);
   }
@@ -142,30 +163,45 @@ std::optional<Divergence> Stepper::CheckEnergy() const {
   return Explain(std::move(found));
 }
 
+void Stepper::AddPublished(const std::vector<Rod>& rods, std::vector<RodLoads>& loads) const {
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    if (plan_.self_contact) AddSelfContact(scene_.contact, rods[r], loads[r].force);
+    for (const SceneObject& object : scene_.objects) {
+      if (plan_.object_contact) AddBodyContact(scene_.contact, rods[r], object.body, loads[r].force);
+    }
+    for (std::size_t other = 0; plan_.rod_contact && other < r; ++other) {
+      AddRodContact(scene_.contact, rods[r], rods[other], loads[r].force, loads[other].force);
+    }
+  }
+}
+
 std::optional<Divergence> Stepper::StepPlainly() {
   const double step = options_.time_step;
   const double middle = (static_cast<double>(kicks_) + 0.5) * step;
   const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
-  std::vector<Matrix3Xd> forces(rods_.size());
+  std::vector<RodLoads> loads(rods_.size());
+  std::vector<Rod> shapes;
   for (std::size_t r = 0; r < rods_.size(); ++r) {
     Driven& d = rods_[r];
     ApplyDrive(DriveAt(scene_, d, growth, middle), d, d.rod);
-    forces[r].setZero(3, d.rod.elements() + 1);
-    forces[r].rightCols<1>() += d.tip_force;
-    if (plan_.self_contact) AddSelfContact(scene_.contact, d.rod, forces[r]);
-    for (const SceneObject& object : scene_.objects) {
-      if (plan_.object_contact) AddBodyContact(scene_.contact, d.rod, object.body, forces[r]);
-    }
-    for (std::size_t other = 0; plan_.rod_contact && other < r; ++other) {
-      AddRodContact(scene_.contact, d.rod, rods_[other].rod, forces[r], forces[other]);
-    }
+    loads[r].force.setZero(3, d.rod.elements() + 1);
+    loads[r].force.rightCols<1>() += d.tip_force;
+    loads[r].couple.setZero(3, d.rod.elements());
+    shapes.push_back(d.rod);
   }
+  std::fill(on_bodies_.begin(), on_bodies_.end(), Wrench{});
+  if (scene_.contact.law == ContactLaw::kHertzSegments) {
+    plain_contact_->Add(shapes, bodies_.solids(), step, loads, on_bodies_);
+  } else {
+    AddPublished(shapes, loads);
+  }
+  bodies_.Step(on_bodies_);
   std::optional<Divergence> found;
   for (std::size_t r = 0; r < rods_.size(); ++r) {
     Driven& d = rods_[r];
     PlainOptions options = options_;
     options.damping = d.damping;
-    KickPlain(d.rod, options, forces[r]);
+    KickPlain(d.rod, options, loads[r].force, loads[r].couple);
     DriftPlain(d.rod, options.form, step);
     if (!std::isfinite(d.rod.position.sum() + d.rod.velocity.sum() + d.rod.spin.sum())) {
       found.emplace().why = "not finite";
@@ -282,9 +318,18 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
 void Stepper::AddContact() {
   for (Batch& batch : batches_) {
     contacts_->PutLanes(batch.members, batch.lanes->positions().data(), batch.lanes->velocities().data());
+    if (contacts_->Moves()) batch.lanes->LabSpins(contacts_->LaneSpins(batch.members));
+  }
+  const std::vector<Solid>& solids = bodies_.solids();
+  const bool published = scene_.contact.law != ContactLaw::kHertzSegments;
+  for (std::size_t s = 0; bodies_.AnyMoves() && !published && s < solids.size(); ++s) {
+    contacts_->PutSolid(s, solids[s].pose, solids[s].velocity, solids[s].spin);
   }
   // Positions that are not finite are found by the rods themselves, in the kick that follows.
-  contact_found_ = contacts_->Find();
+  contact_found_ = contacts_->Find(options_.time_step);
+  for (std::size_t s = 0; bodies_.AnyMoves() && !published && s < solids.size(); ++s) {
+    on_bodies_[s] = contacts_->OnSolid(s);
+  }
 }
 
 template <class Work>
@@ -306,10 +351,15 @@ std::optional<Divergence> Stepper::StepLanes() {
   if (contacts_) AddContact();
   ForEachBatch([&](Batch& batch) {
     if (contact_found_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
+    if (contact_found_ && contacts_->Moves()) {
+      contacts_->AddLaneCouples(batch.members, batch.lanes->couples().data());
+    }
     batch.lanes->Kick(options_);
     batch.lanes->Drift(step);
   });
+  bodies_.Step(on_bodies_);
   std::optional<Divergence> found;
+  if (!bodies_.Finite()) found.emplace().why = "not finite";
   if (contacts_ && contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
   for (const Batch& batch : batches_) {
     if (!batch.lanes->trouble().any() || found) continue;
@@ -334,6 +384,7 @@ std::vector<double> Stepper::Save() const {
     Append(state, AsSpan(rod.spin));
     for (const Eigen::Matrix3d& q : rod.directors) Append(state, {q.data(), 9});
   }
+  Append(state, bodies_.Save());
   if (contacts_) Append(state, contacts_->Save());
   return state;
 }
@@ -358,16 +409,15 @@ bool Stepper::Restore(const std::vector<double>& state) {
       std::copy(entries.begin(), entries.end(), q.data());
     }
   }
-  std::vector<double> contact;
-  if (contacts_) contact = lists.Next(contacts_->Save().size());
-  if (!lists.done()) return false;
+  const std::vector<double> bodies = lists.Next(bodies_.Save().size());
+  const std::vector<double> contact = contacts_ ? lists.Next() : std::vector<double>();
+  if (!lists.done() || !bodies_.Restore(bodies) || (contacts_ && !contacts_->Restore(contact))) return false;
   kicks_ = static_cast<std::int64_t>(head[0]);
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     std::copy(memory[b].begin(), memory[b].end(), batches_[b].lanes->memory().begin());
     batches_[b].driven_once = false;
   }
   for (std::size_t r = 0; r < plain.size(); ++r) rods_[r].rod = std::move(plain[r]);
-  if (contacts_) contacts_->Restore(contact);
   return true;
 }
 

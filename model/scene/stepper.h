@@ -13,8 +13,10 @@
 
 #include "model/result.h"
 #include "model/rods/contact_list.h"
+#include "model/rods/contact_plain.h"
 #include "model/rods/rod_lanes.h"
 #include "model/rods/rod_plain.h"
+#include "model/scene/bodies.h"
 #include "model/scene/crew.h"
 #include "model/scene/driven.h"
 #include "model/scene/plan.h"
@@ -38,6 +40,8 @@ class Stepper {
   // The rods at a time within half a step of kicks * time_step: exact where the scheme is (its path is
   // straight between two kicks).
   std::vector<Rod> At(double time) const;
+  // Objects likewise, lab_from_object.
+  std::vector<Eigen::Isometry3d> PosesAt(double time) const;
 
   // What comes after depends on positions and velocities alone, not on how they came about; to be called at
   // the same kicks in every run that is to give the same bytes.
@@ -53,6 +57,7 @@ class Stepper {
   // Null where nothing can touch, and in the plain form.
   const ContactList* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const std::vector<Driven>& rods() const { return rods_; }
+  Bodies& bodies() { return bodies_; }
 
  private:
   // Up to eight rods of equally many elements. Rest curvature is base + share * slope.
@@ -71,6 +76,7 @@ class Stepper {
   void DriveBatch(Batch& batch, const CarrierGrowth& growth, double time);
   void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
   void AddContact();
+  void AddPublished(const std::vector<Rod>& rods, std::vector<RodLoads>& loads) const;
   template <class Work>
   void ForEachBatch(const Work& work);
 
@@ -82,6 +88,9 @@ class Stepper {
   std::unique_ptr<Crew> crew_;  // null: the caller alone
   std::optional<ContactList> contacts_;
   bool contact_found_ = false;  // in this step
+  std::optional<PlainContact> plain_contact_;
+  Bodies bodies_;
+  std::vector<Wrench> on_bodies_;
   double energy_budget_ = 0;
   std::int64_t kicks_ = 0;
 };

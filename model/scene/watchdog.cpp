@@ -155,32 +155,43 @@ Divergence FindFastest(const std::vector<Driven>& rods, const std::vector<Rod>& 
   return found;
 }
 
-Divergence FindDeepest(const std::vector<Driven>& rods, const std::vector<Rod>& at,
-                       const std::vector<SceneObject>& objects) {
+Divergence FindDeepest(const Scene& scene, const std::vector<Driven>& rods, const std::vector<Rod>& at,
+                       const std::vector<Eigen::Isometry3d>& poses) {
   double least = HUGE_VAL;
   Divergence found;
-  const auto look = [&](std::size_t r, Index i, const Vector3d& start, const Vector3d& end, double radius,
-                        const std::string& other) {
-    const Rod& rod = at[r];
-    const double distance =
-        ClosestOfSegments(rod.position.col(i), rod.position.col(i + 1), start, end).apart.norm();
-    const double share = distance / (PresentRadius(rod, i) + radius);
+  const bool published = scene.contact.law != ContactLaw::kHertzSegments;
+  const auto look = [&](std::size_t r, Index i, double distance, double radii, const std::string& other) {
+    const double share = distance / radii;
     if (!(share < least)) return;
     least = share;
     found = At(rods[r], i,
                "its axis is " + ShortNumber(1e3 * distance) + " mm from that of " + other + ", " +
                    ShortNumber(share) + " of the radii's sum");
   };
+  const auto apart = [&](const Rod& rod, Index i, const Vector3d& start, const Vector3d& end) {
+    return ClosestOfSegments(rod.position.col(i), rod.position.col(i + 1), start, end).apart.norm();
+  };
   for (std::size_t r = 0; r < at.size(); ++r) {
     for (Index i = 0; i < at[r].elements(); ++i) {
-      for (std::size_t o = 0; o < objects.size(); ++o) {
-        const FixedBody& body = objects[o].body;
-        look(r, i, body.start, body.end, body.radius, "object " + std::to_string(o));
+      const double radius = PresentRadius(at[r], i);
+      const Vector3d middle = 0.5 * (at[r].position.col(i) + at[r].position.col(i + 1));
+      for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+        const SceneObject& object = scene.objects[o];
+        const std::string name = object.name.empty() ? "object " + std::to_string(o) : object.name;
+        if (published) {
+          look(r, i, apart(at[r], i, object.body.start, object.body.end), radius + object.body.radius, name);
+          continue;
+        }
+        for (const Primitive& part : object.shape) {
+          // The surface stands for a rod alike.
+          const double distance = DistanceTo(part, poses[o].inverse() * middle).distance;
+          look(r, i, distance + radius, 2 * radius, "a rod alike under the surface of " + name);
+        }
       }
       for (std::size_t other = 0; other <= r; ++other) {
         const Rod& b = at[other];
-        for (Index j = other == r ? FirstThatMayTouch(b, i) : 0; j < b.elements(); ++j) {
-          look(r, i, b.position.col(j), b.position.col(j + 1), PresentRadius(b, j),
+        for (Index j = other == r ? FirstThatMayTouch(b, i, scene.contact.law) : 0; j < b.elements(); ++j) {
+          look(r, i, apart(at[r], i, b.position.col(j), b.position.col(j + 1)), radius + PresentRadius(b, j),
                rods[other].name + ", element " + std::to_string(j));
         }
       }

@@ -41,8 +41,8 @@ double KineticEnergy(const Rod& rod);
 std::optional<Divergence> FindNotFinite(const std::vector<Driven>& rods, const std::vector<Rod>& at);
 Divergence FindFarTurned(const std::vector<Driven>& rods, const std::vector<Rod>& at, double time_step);
 Divergence FindFastest(const std::vector<Driven>& rods, const std::vector<Rod>& at);
-// The pair of elements of rods, or of a rod and a body, whose axes are nearest by the radii's sum.
-Divergence FindDeepest(const std::vector<Driven>& rods, const std::vector<Rod>& at,
-                       const std::vector<SceneObject>& objects);
+// The pair of elements of rods, or of a rod and an object, whose axes are nearest by the radii's sum.
+Divergence FindDeepest(const Scene& scene, const std::vector<Driven>& rods, const std::vector<Rod>& at,
+                       const std::vector<Eigen::Isometry3d>& poses);
 
 }  // namespace tendril

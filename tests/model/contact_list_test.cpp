@@ -28,6 +28,7 @@ Rod Coil(std::mt19937& random, const Vector3d& middle, int elements, double radi
   design.elements = elements;
   design.length = 0.0075 * elements;
   design.base_radius = radius;
+  design.base = EndHold::kFree;
   design.taper = 0.5;
   Rod rod = MakeRod(design).value();
   const Eigen::Quaterniond turn = Eigen::Quaterniond::UnitRandom();
@@ -37,6 +38,7 @@ Rod Coil(std::mt19937& random, const Vector3d& middle, int elements, double radi
                           turn * Vector3d(0.05 * std::cos(angle), 0.05 * std::sin(angle), 0.004 * angle) +
                           2e-4 * draw();
     rod.velocity.col(i) = 0.3 * draw();
+    if (i < elements) rod.spin.col(i) = 5 * draw();
   }
   return rod;
 }
@@ -58,63 +60,157 @@ const std::vector<FixedBody>& Bodies() {
   return bodies;
 }
 
-struct Forces {
-  std::vector<Matrix3Xd> on_rods;
-  double largest = 0;
+// One of each kind among the rods, some of them turning and moving.
+std::vector<Solid> Solids() {
+  std::vector<Solid> solids(3);
+  Primitive bar{PrimitiveKind::kCapsule, 0.02, {0, 0, 0.1}};
+  bar.object_from_primitive.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(0.2, 0.02, -0.01)).toRotationMatrix();
+  bar.object_from_primitive.translation() = Vector3d(0, 0.01, 0.005);
+  const Primitive ball{PrimitiveKind::kSphere, 0.03};
+  solids[0].shape = {bar, ball};
+  solids[0].pose.translation() = Vector3d(0.01, -0.02, 0);
+  solids[0].velocity = {0.1, -0.2, 0.05};
+  solids[0].spin = {1, 2, -0.5};
+  solids[1].shape = {{PrimitiveKind::kBox, 0, {0.03, 0.02, 0.01}}, {PrimitiveKind::kCylinder, 0.02, {0, 0, 0.03}}};
+  solids[1].pose.translation() = Vector3d(-0.03, 0.03, 0.02);
+  solids[1].spin = {0, 0, 3};
+  solids[1].friction = 0.6;
+  solids[1].static_friction = 0.9;
+  solids[2].shape = {{PrimitiveKind::kHalfSpace}};
+  solids[2].pose.translation().z() = -0.06;
+  return solids;
+}
+
+struct Loads {
+  std::vector<RodLoads> rods;
+  std::vector<Wrench> solids;
+  double largest = 0, largest_couple = 0;
+
+  Loads(const std::vector<Rod>& on, std::size_t solid_count) : solids(solid_count) {
+    for (const Rod& rod : on) {
+      rods.push_back({Matrix3Xd::Zero(3, rod.elements() + 1), Matrix3Xd::Zero(3, rod.elements())});
+    }
+  }
+  void Measure() {
+    for (const RodLoads& load : rods) {
+      largest = std::max(largest, load.force.cwiseAbs().maxCoeff());
+      largest_couple = std::max(largest_couple, load.couple.cwiseAbs().maxCoeff());
+    }
+  }
 };
 
-Forces Plainly(const Contact& contact, const std::vector<Rod>& rods) {
-  Forces all;
-  for (const Rod& rod : rods) all.on_rods.emplace_back(Matrix3Xd::Zero(3, rod.elements() + 1));
+Loads AsPublished(const Contact& contact, const std::vector<Rod>& rods) {
+  Loads all(rods, 0);
   for (std::size_t a = 0; a < rods.size(); ++a) {
-    AddSelfContact(contact, rods[a], all.on_rods[a]);
-    for (const FixedBody& body : Bodies()) AddBodyContact(contact, rods[a], body, all.on_rods[a]);
-    for (std::size_t b = 0; b < a; ++b)
-      AddRodContact(contact, rods[a], rods[b], all.on_rods[a], all.on_rods[b]);
+    AddSelfContact(contact, rods[a], all.rods[a].force);
+    for (const FixedBody& body : Bodies()) AddBodyContact(contact, rods[a], body, all.rods[a].force);
+    for (std::size_t b = 0; b < a; ++b) {
+      AddRodContact(contact, rods[a], rods[b], all.rods[a].force, all.rods[b].force);
+    }
   }
-  for (const Matrix3Xd& force : all.on_rods) all.largest = std::max(all.largest, force.cwiseAbs().maxCoeff());
+  all.Measure();
   return all;
 }
 
-double WorstDifference(const ContactList& list, const Forces& expected) {
+double WorstDifference(const ContactList& list, const Loads& expected) {
   double worst = 0;
-  for (std::size_t r = 0; r < expected.on_rods.size(); ++r) {
-    Matrix3Xd force = Matrix3Xd::Zero(3, expected.on_rods[r].cols());
+  for (std::size_t r = 0; r < expected.rods.size(); ++r) {
+    Matrix3Xd force = Matrix3Xd::Zero(3, expected.rods[r].force.cols());
+    Matrix3Xd couple = Matrix3Xd::Zero(3, expected.rods[r].couple.cols());
     list.AddForces(r, force.data(), 1);
-    worst = std::max(worst, (force - expected.on_rods[r]).cwiseAbs().maxCoeff());
+    list.AddCouples(r, couple.data(), 1);
+    worst = std::max(worst, (force - expected.rods[r].force).cwiseAbs().maxCoeff() / expected.largest);
+    if (expected.largest_couple == 0) continue;
+    worst = std::max(worst, (couple - expected.rods[r].couple).cwiseAbs().maxCoeff() / expected.largest_couple);
   }
-  return worst / expected.largest;
+  for (std::size_t s = 0; s < expected.solids.size(); ++s) {
+    const Wrench found = list.OnSolid(s);
+    worst = std::max(worst, (found.force - expected.solids[s].force).norm() / expected.largest);
+    worst = std::max(worst, (found.torque - expected.solids[s].torque).norm() / expected.largest);
+  }
+  return worst;
 }
 
 void PutAll(ContactList& list, const std::vector<Rod>& rods) {
-  for (std::size_t r = 0; r < rods.size(); ++r)
-    list.Put(r, rods[r].position.data(), rods[r].velocity.data(), 1);
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    Matrix3Xd spins(3, rods[r].elements());
+    for (Index i = 0; i < spins.cols(); ++i) {
+      spins.col(i) = rods[r].directors[static_cast<std::size_t>(i)].transpose() * rods[r].spin.col(i);
+    }
+    list.Put(r, rods[r].position.data(), rods[r].velocity.data(), spins.data(), 1);
+  }
 }
 
-TEST(ContactList, AgreesWithThePlainFormWhileRodsMove) {
+constexpr double kStep = 1e-4;
+
+TEST(ContactList, PublishedLawsAgreeWithThePlainFormWhileRodsMove) {
   for (const int width : {2, 4, 8}) {
     if (width > MachineDoubles()) continue;
     UseRodKernel(width);
-    for (const ContactLaw law :
-         {ContactLaw::kHertzSegments, ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
+    for (const ContactLaw law : {ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
       for (const double damping : {0.0, 0.3}) {
         const Contact contact{law, 1e4, damping};
         std::vector<Rod> rods = Tangle(7);
-        ContactList list(contact, rods, Bodies(), {});
-        int touched = 0;
+        ContactList list(contact, rods, Bodies(), {}, {});
         for (int step = 0; step < 60; ++step) {
           PutAll(list, rods);
-          ASSERT_TRUE(list.Find());
-          const Forces expected = Plainly(contact, rods);
-          touched += expected.largest > 0 ? 1 : 0;
+          ASSERT_TRUE(list.Find(kStep));
+          const Loads expected = AsPublished(contact, rods);
+          ASSERT_GT(expected.largest, 0);
           EXPECT_LT(WorstDifference(list, expected), 1e-11)
               << "width " << width << " law " << static_cast<int>(law) << " step " << step;
-          for (Rod& rod : rods) rod.position += 1e-4 * rod.velocity;
+          for (Rod& rod : rods) rod.position += kStep * rod.velocity;
         }
-        EXPECT_EQ(touched, 60);
         EXPECT_GT(list.lists(), 1);   // made anew,
         EXPECT_LT(list.lists(), 30);  // but not every time
         EXPECT_LT(list.least_share(), 1);
+      }
+    }
+  }
+  UseRodKernel(0);
+}
+
+TEST(ContactList, PressingAndFrictionAgreeWithThePlainFormWhileRodsAndSolidsMove) {
+  for (const int width : {2, 4, 8}) {
+    if (width > MachineDoubles()) continue;
+    UseRodKernel(width);
+    for (const int points : {1, 3}) {
+      for (const bool moves : {false, true}) {
+        Contact contact{ContactLaw::kHertzSegments, 1e4};
+        contact.points = points;
+        if (moves) contact.damping = 0.3, contact.friction = 0.3, contact.static_friction = 0.5;
+        std::vector<Rod> rods = Tangle(7);
+        std::vector<Solid> solids = Solids();
+        if (!moves) solids[1].friction = solids[1].static_friction = -1;
+        ContactList list(contact, rods, {}, solids, {});
+        PlainContact plain(contact, {});
+        for (int step = 0; step < 60; ++step) {
+          PutAll(list, rods);
+          for (std::size_t s = 0; s < solids.size(); ++s) {
+            list.PutSolid(s, solids[s].pose, solids[s].velocity, solids[s].spin);
+          }
+          ASSERT_TRUE(list.Find(kStep));
+          Loads expected(rods, solids.size());
+          plain.Add(rods, solids, kStep, expected.rods, expected.solids);
+          expected.Measure();
+          ASSERT_GT(expected.largest, 0);
+          ASSERT_EQ(expected.largest_couple > 0, moves);
+          EXPECT_LT(WorstDifference(list, expected), 1e-10)
+              << "width " << width << " points " << points << " moves " << moves << " step " << step;
+          for (Rod& rod : rods) rod.position += kStep * rod.velocity;
+          for (Solid& solid : solids) {
+            solid.pose.translation() += kStep * solid.velocity;
+            const double angle = kStep * solid.spin.norm();
+            if (angle > 0) {
+              solid.pose.linear() =
+                  Eigen::AngleAxisd(angle, solid.spin.normalized()) * solid.pose.linear();
+            }
+          }
+        }
+        EXPECT_GT(list.lists(), 1);
+        EXPECT_LT(list.lists(), 30);
+        EXPECT_EQ(plain.StoredBySprings() > 0, moves);
       }
     }
   }
@@ -126,21 +222,21 @@ TEST(ContactList, RodsFarFromTheOriginAndApartTouchNothing) {
   for (std::size_t r = 0; r < rods.size(); ++r) {
     rods[r].position.colwise() += Vector3d(1e6 + 10.0 * static_cast<double>(r), 0, 0);
   }
-  ContactList list({}, rods, {}, {.selves = false});
+  ContactList list({}, rods, {}, Solids(), {.selves = false, .bodies = false});
   PutAll(list, rods);
-  ASSERT_TRUE(list.Find());
+  ASSERT_TRUE(list.Find(kStep));
   EXPECT_TRUE(std::isinf(list.least_distance()));
   EXPECT_TRUE(list.NothingPassed().value());
 }
 
 TEST(ContactList, WhatIsNotFiniteIsSaid) {
   std::vector<Rod> rods = Tangle(3);
-  ContactList list({}, rods, Bodies(), {});
+  ContactList list({}, rods, {}, Solids(), {});
   PutAll(list, rods);
-  ASSERT_TRUE(list.Find());
+  ASSERT_TRUE(list.Find(kStep));
   rods[0].position(1, 5) = std::nan("");
   PutAll(list, rods);
-  EXPECT_FALSE(list.Find());
+  EXPECT_FALSE(list.Find(kStep));
 }
 
 TEST(ContactList, ALeapOverAnotherRodIsNotedAsAPassage) {
@@ -153,63 +249,15 @@ TEST(ContactList, ALeapOverAnotherRodIsNotedAsAPassage) {
   design.direction = Vector3d::UnitX();
   design.normal = Vector3d::UnitZ();
   rods.push_back(MakeRod(design).value());
-  ContactList list({}, rods, {}, {});
+  ContactList list({}, rods, {}, {}, {});
   PutAll(list, rods);
-  ASSERT_TRUE(list.Find());
+  ASSERT_TRUE(list.Find(kStep));
   EXPECT_NEAR(list.least_distance(), 0.019, 1e-12);
   EXPECT_TRUE(list.NothingPassed().value());
   rods[1].position.row(1).setConstant(-0.019);
   PutAll(list, rods);
-  EXPECT_TRUE(list.Find());
+  EXPECT_TRUE(list.Find(kStep));
   EXPECT_FALSE(list.NothingPassed().value());
-}
-
-// Two rods that cross under an angle, the crossing at any place along their elements.
-Vector3d CrossingForce(double place, int elements, double angle) {
-  RodDesign design;
-  design.elements = elements;
-  design.length = 0.4;
-  design.base_radius = 0.01;
-  design.start = {-0.2 + place, 0, 0};
-  design.direction = Vector3d::UnitX();
-  design.normal = Vector3d::UnitZ();
-  const Rod a = MakeRod(design).value();
-  design.direction = {std::cos(angle), std::sin(angle), 0};
-  design.start = Vector3d(0, 0, 0.0185) - 0.2 * design.direction;
-  const Rod b = MakeRod(design).value();
-  Matrix3Xd on_a = Matrix3Xd::Zero(3, elements + 1), on_b = on_a;
-  AddRodContact({}, a, b, on_a, on_b);
-  EXPECT_NEAR((on_a.rowwise().sum() + on_b.rowwise().sum()).norm(), 0, 1e-12);
-  return on_b.rowwise().sum();
-}
-
-TEST(Contact, OneCrossingCountsOnceWhereverAndHoweverFineTheElements) {
-  const double hertz = 1e4 * std::pow(0.0015, 1.5);
-  for (const int elements : {2, 5, 20, 40, 100, 333}) {
-    for (const double angle : {0.01, 0.5, 1.57}) {
-      for (const double place : {0.0, 1e-12, 0.001, 0.002, 0.005, 0.01, 0.0123}) {
-        const Vector3d force = CrossingForce(place, elements, angle);
-        EXPECT_NEAR(force.z(), hertz, 1e-6 * hertz) << elements << " " << angle << " " << place;
-        EXPECT_NEAR(force.head<2>().norm(), 0, 1e-6 * hertz);
-      }
-    }
-  }
-}
-
-TEST(Contact, ParallelRodsCountByWhatLiesSideBySide) {
-  RodDesign design;
-  design.elements = 40;
-  design.length = 0.4;
-  design.base_radius = 0.01;
-  const Rod a = MakeRod(design).value();
-  for (const double shift : {0.0, 0.001, 0.005, 0.0099, 0.01, 0.2}) {
-    design.start = {0.0185, 0, shift};
-    const Rod b = MakeRod(design).value();
-    Matrix3Xd on_a = Matrix3Xd::Zero(3, 41), on_b = on_a;
-    AddRodContact({}, a, b, on_a, on_b);
-    const double beside = (0.4 - shift) / 0.01;
-    EXPECT_NEAR(on_b.row(0).sum(), beside * 1e4 * std::pow(0.0015, 1.5), 1e-9) << shift;
-  }
 }
 
 // Hertz 1882: two bodies of reduced mass m that meet at speed v under F = k eps^(3/2) go (5 m v^2 / (4
@@ -232,14 +280,16 @@ TEST(Contact, TwoStiffRodsThatMeetDoAsHertzSays) {
   const double speed = 0.2, mass = 0.5 * rods[0].mass.sum(), stiffness = 1e4;
   rods[1].velocity.row(2).setConstant(-speed);
   const double depth = std::pow(5 * mass * speed * speed / (4 * stiffness), 0.4);
-  ContactList list({.stiffness = stiffness}, rods, {}, {});
+  Contact contact{.stiffness = stiffness};
+  contact.points = 8;
+  ContactList list(contact, rods, {}, {}, {});
   PlainOptions options;
   options.time_step = 1e-6;
   double deepest = 0, lasted = 0;
   for (int step = 0; step < 40000; ++step) {
     StepPlain(rods, step * 1e-6, options, [&](double, std::span<Rod> at, std::span<Matrix3Xd> forces) {
-      for (std::size_t r = 0; r < 2; ++r) list.Put(r, at[r].position.data(), at[r].velocity.data(), 1);
-      ASSERT_TRUE(list.Find());
+      for (std::size_t r = 0; r < 2; ++r) list.Put(r, at[r].position.data(), at[r].velocity.data(), nullptr, 1);
+      ASSERT_TRUE(list.Find(kStep));
       for (std::size_t r = 0; r < 2; ++r) list.AddForces(r, forces[r].data(), 1);
       lasted += forces[0].norm() > 0 ? 1e-6 : 0;
     });

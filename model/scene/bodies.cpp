@@ -1,0 +1,145 @@
+#include "model/scene/bodies.h"
+
+#include <cmath>
+
+namespace tendril {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<double> MassesOf(const Scene& scene) {
+  std::vector<double> masses;
+  for (const SceneObject& object : scene.objects) {
+    masses.push_back(object.motion == ObjectMotion::kFixed ? 0 : object.mass);
+  }
+  return masses;
+}
+
+std::vector<Solid> SolidsOf(const Scene& scene) {
+  std::vector<Solid> solids;
+  for (const SceneObject& object : scene.objects) {
+    Solid solid;
+    solid.shape = object.shape;
+    solid.pose = object.pose;
+    if (object.friction) solid.friction = solid.static_friction = *object.friction;
+    if (object.motion != ObjectMotion::kFixed) {
+      solid.velocity = object.velocity;
+      solid.spin = object.spin;
+    }
+    solids.push_back(solid);
+  }
+  return solids;
+}
+
+}  // namespace
+
+Bodies::Bodies(const Scene& scene, double time_step)
+    : scene_(scene),
+      time_step_(time_step),
+      solids_(SolidsOf(scene)),
+      loads_(scene.objects.size()),
+      pushes_(scene.objects.size(), Vector3d::Zero()),
+      tensions_(scene.objects.size(), 0.0),
+      contact_(scene.contact, solids_, MassesOf(scene)) {
+  for (const SceneObject& object : scene.objects) {
+    RigidBody body;
+    body.position = object.pose.translation();
+    body.lab_from_body = Eigen::Quaterniond(object.pose.linear());
+    if (object.motion != ObjectMotion::kFixed) {
+      moves_ = true;
+      body.mass = object.mass;
+      body.inertia = object.inertia;
+      body.velocity = object.velocity;
+      body.angular_momentum_in_body =
+          object.inertia.cwiseProduct(object.pose.linear().transpose() * object.spin);
+      DriftBody(body, 0.5 * time_step);
+    }
+    bodies_.push_back(body);
+  }
+  Refresh();
+}
+
+void Bodies::Refresh() {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (scene_.objects[b].motion == ObjectMotion::kFixed) continue;
+    solids_[b].pose = bodies_[b].Pose();
+    solids_[b].velocity = bodies_[b].velocity;
+    solids_[b].spin = bodies_[b].Spin();
+  }
+}
+
+void Bodies::Step(std::span<const Wrench> loads) {
+  if (!moves_) return;
+  std::copy(loads.begin(), loads.end(), loads_.begin());
+  if (contact_.CanTouch()) contact_.Add(solids_, time_step_, loads_);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const SceneObject& object = scene_.objects[b];
+    if (object.motion == ObjectMotion::kFixed) continue;
+    const Vector3d force = loads_[b].force + object.mass * scene_.gravity + pushes_[b];
+    if (object.motion == ObjectMotion::kHanging) {
+      tensions_[b] = KickOnString(bodies_[b], object.string, time_step_, force, loads_[b].torque);
+    } else {
+      KickBody(bodies_[b], time_step_, force, loads_[b].torque);
+    }
+    DriftBody(bodies_[b], time_step_);
+  }
+  Refresh();
+}
+
+std::vector<Eigen::Isometry3d> Bodies::PosesAt(double from_now) const {
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    RigidBody body = bodies_[b];
+    if (scene_.objects[b].motion != ObjectMotion::kFixed) DriftBody(body, from_now);
+    poses.push_back(body.Pose());
+  }
+  return poses;
+}
+
+double Bodies::KineticEnergy() const {
+  double energy = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (scene_.objects[b].motion != ObjectMotion::kFixed) energy += KineticEnergyOf(bodies_[b]);
+  }
+  return energy;
+}
+
+bool Bodies::Finite() const {
+  for (const RigidBody& body : bodies_) {
+    if (!std::isfinite(body.position.sum() + body.velocity.sum() + body.angular_momentum_in_body.sum())) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<double> Bodies::Save() const {
+  std::vector<double> saved;
+  for (const RigidBody& body : bodies_) {
+    const Eigen::Vector4d turn = body.lab_from_body.coeffs();
+    saved.insert(saved.end(), body.position.begin(), body.position.end());
+    saved.insert(saved.end(), turn.begin(), turn.end());
+    saved.insert(saved.end(), body.velocity.begin(), body.velocity.end());
+    saved.insert(saved.end(), body.angular_momentum_in_body.begin(), body.angular_momentum_in_body.end());
+  }
+  const std::vector<double> sticks = contact_.Save();
+  saved.insert(saved.end(), sticks.begin(), sticks.end());
+  return saved;
+}
+
+bool Bodies::Restore(std::span<const double> saved) {
+  const std::size_t own = 13 * bodies_.size();
+  if (saved.size() < own || !contact_.Restore(saved.subspan(own))) return false;
+  const double* from = saved.data();
+  for (RigidBody& body : bodies_) {
+    body.position = Eigen::Map<const Vector3d>(from);
+    body.lab_from_body.coeffs() = Eigen::Map<const Eigen::Vector4d>(from + 3);
+    body.velocity = Eigen::Map<const Vector3d>(from + 7);
+    body.angular_momentum_in_body = Eigen::Map<const Vector3d>(from + 10);
+    from += 13;
+  }
+  Refresh();
+  return true;
+}
+
+}  // namespace tendril

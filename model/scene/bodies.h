@@ -1,0 +1,55 @@
+#pragma once
+// The objects of a scene as they move between kicks and under them: weight, strings, loads, each other.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "model/objects/rigid_body.h"
+#include "model/rods/solid.h"
+#include "model/rods/solid_contact.h"
+#include "model/scene/scene.h"
+
+namespace tendril {
+
+class Bodies {
+ public:
+  //   time_step  s; the state is then in the middle of the first
+  Bodies(const Scene& scene, double time_step);
+
+  // As they are now; one for each object of the scene.
+  const std::vector<Solid>& solids() const { return solids_; }
+  bool AnyMoves() const { return moves_; }
+  // Kick by these loads (of rods) and all else, then a drift of a step.
+  void Step(std::span<const Wrench> loads);
+
+  // Poses at a time from now, lab_from_object: exact where the scheme is.
+  std::vector<Eigen::Isometry3d> PosesAt(double from_now) const;
+  // The strings' mean tension over the last step, N; 0 where there is none.
+  const std::vector<double>& tensions() const { return tensions_; }
+  const RigidBody& body(std::size_t object) const { return bodies_[object]; }
+  double KineticEnergy() const;  // J
+  bool Finite() const;
+
+  // Beside the scene's own loads, until it is said otherwise: N, at the centre of mass.
+  void Push(std::size_t object, const Eigen::Vector3d& force) { pushes_[object] = force; }
+
+  std::vector<double> Save() const;
+  bool Restore(std::span<const double> saved);
+
+ private:
+  void Refresh();
+
+  const Scene& scene_;
+  double time_step_;
+  bool moves_ = false;
+  std::vector<RigidBody> bodies_;
+  std::vector<Solid> solids_;
+  std::vector<Wrench> loads_;
+  std::vector<Eigen::Vector3d> pushes_;
+  std::vector<double> tensions_;
+  SolidContact contact_;
+};
+
+}  // namespace tendril
