@@ -117,27 +117,30 @@ double TautImpulse(const StringEnd& end, const Eigen::Vector3d& inward, double l
   const double now = end.offset.norm();
   const double excess = Wanted(now - length, rounding);
   // (|offset + change|^2 - length^2) / (2 length), whose zero is sought.
-  const auto stretch = [&](double impulse) {
-    const Eigen::Vector3d change = end.ChangeWith(impulse * inward);
+  const auto stretch = [&](const Eigen::Vector3d& change) {
     return (excess * (now + length) + (2 * end.offset + change).dot(change)) / (2 * length);
   };
+  const Eigen::Vector3d free_change = end.ChangeWith(Eigen::Vector3d::Zero());
+  const double free_stretch = stretch(free_change);
+  if (!(free_stretch > 0)) return 0;
+  // One step of Newton's method, then secants, in a bracket once there is one. But for the body's turn the
+  // stretch is convex, so both come to the first zero from below, and not to the second, where the body has
+  // passed to the string's other side.
+  const Eigen::Vector3d per_impulse = end.time * end.Mobility() * inward;
+  double slope = -(end.offset + free_change).dot(per_impulse) / length;
+  if (!(slope > 0)) slope = inward.dot(per_impulse);
+  // What rounding of the end's way leaves of its part along the string.
+  const double enough =
+      2 * std::numeric_limits<double>::epsilon() * std::max(free_stretch, free_change.norm());
   double low = 0;
-  double at_low = stretch(low);
-  if (!(at_low > 0)) return 0;
-  // Newton's method with the slope of a body that would not turn, then secants, in a bracket once there is
-  // one.
-  const double slope = end.time * inward.dot(end.Mobility() * inward);
   double high = std::numeric_limits<double>::infinity();
   double before = low;
-  double at_before = at_low;
-  double impulse = at_low / slope;
+  double at_before = free_stretch;
+  double impulse = free_stretch / slope;
   double best = 0;
-  double least = at_low;
-  // What rounding of the end's way leaves of its part along the string.
-  const double way = std::max(at_low, end.ChangeWith(Eigen::Vector3d::Zero()).norm());
-  const double enough = 2 * std::numeric_limits<double>::epsilon() * way;
+  double least = free_stretch;
   for (int i = 0; i < 60; ++i) {
-    const double here = stretch(impulse);
+    const double here = stretch(end.ChangeWith(impulse * inward));
     if (std::abs(here) < least) {
       least = std::abs(here);
       best = impulse;
