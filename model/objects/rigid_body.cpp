@@ -54,6 +54,10 @@ Eigen::Quaterniond FreeTurn(const Eigen::Vector3d& inertia, double time, Eigen::
   return turn;
 }
 
+constexpr double kSolved = 1e-12;  // of its length
+constexpr double kResolved = 0.3;
+constexpr double kMostTakenIn = 1e-2;  // of a string that is too long, in one step, of its length
+
 // A string's end on a body that will drift: how far it goes is computed as a change, because as a difference
 // of two places its rounding, over the square of a small step, would be the tension's.
 struct StringEnd {
@@ -76,6 +80,11 @@ struct StringEnd {
     return body.angular_momentum_in_body + arm_in_body.cross(lab_from_body.transpose() * impulse);
   }
 
+  Eigen::Vector3d Velocity() const {
+    return body.velocity +
+           lab_from_body * body.angular_momentum_in_body.cwiseQuotient(body.inertia).cross(arm_in_body);
+  }
+
   // Where the end goes in the step if the string gives an impulse (lab, N s).
   Eigen::Vector3d ChangeWith(const Eigen::Vector3d& impulse) const {
     Eigen::Vector3d momentum = MomentumWith(impulse);
@@ -86,9 +95,9 @@ struct StringEnd {
   }
 };
 
-// What is left of an excess of the present length: rounding is led back over many steps, because at once it
-// would be a jerk of eps x / time.
-double Wanted(double excess, double rounding) { return std::abs(excess) <= rounding ? excess / 64 : excess; }
+// How much of an excess of the present length a step takes in: of rounding a part, because at once it would
+// be a jerk of eps x / time.
+double TakenIn(double excess, double rounding) { return std::abs(excess) <= rounding ? excess / 64 : excess; }
 
 double RoundingOf(const RigidBody& body, const BodyString& string) {
   return 16 * std::numeric_limits<double>::epsilon() *
@@ -99,7 +108,7 @@ double RoundingOf(const RigidBody& body, const BodyString& string) {
 Eigen::Vector3d JointImpulse(const StringEnd& end, double rounding) {
   const Eigen::Matrix3d impulse_per_way = (end.time * end.Mobility()).inverse();
   const double excess = end.offset.norm();
-  const Eigen::Vector3d way = excess > 0 ? Eigen::Vector3d(-Wanted(excess, rounding) / excess * end.offset)
+  const Eigen::Vector3d way = excess > 0 ? Eigen::Vector3d(-TakenIn(excess, rounding) / excess * end.offset)
                                          : Eigen::Vector3d(Eigen::Vector3d::Zero());
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
   double left = std::numeric_limits<double>::infinity();
@@ -115,7 +124,7 @@ Eigen::Vector3d JointImpulse(const StringEnd& end, double rounding) {
 // The impulse along the string that brings its ends to `length` apart, N s; 0: it is slack.
 double TautImpulse(const StringEnd& end, const Eigen::Vector3d& inward, double length, double rounding) {
   const double now = end.offset.norm();
-  const double excess = Wanted(now - length, rounding);
+  const double excess = std::min(TakenIn(now - length, rounding), kMostTakenIn * length);
   // (|offset + change|^2 - length^2) / (2 length), whose zero is sought.
   const auto stretch = [&](const Eigen::Vector3d& change) {
     return (excess * (now + length) + (2 * end.offset + change).dot(change)) / (2 * length);
@@ -126,7 +135,8 @@ double TautImpulse(const StringEnd& end, const Eigen::Vector3d& inward, double l
   // One step of Newton's method, then secants, in a bracket once there is one. But for the body's turn the
   // stretch is convex, so both come to the first zero from below, and not to the second, where the body has
   // passed to the string's other side.
-  const Eigen::Vector3d per_impulse = end.time * end.Mobility() * inward;
+  const Eigen::Vector3d mobility = end.Mobility() * inward;
+  const Eigen::Vector3d per_impulse = end.time * mobility;
   double slope = -(end.offset + free_change).dot(per_impulse) / length;
   if (!(slope > 0)) slope = inward.dot(per_impulse);
   // What rounding of the end's way leaves of its part along the string.
@@ -137,15 +147,19 @@ double TautImpulse(const StringEnd& end, const Eigen::Vector3d& inward, double l
   double before = low;
   double at_before = free_stretch;
   double impulse = free_stretch / slope;
+  const double most = 4 * impulse;
   double best = 0;
+  Eigen::Vector3d best_change = free_change;
   double least = free_stretch;
   for (int i = 0; i < 60; ++i) {
-    const double here = stretch(end.ChangeWith(impulse * inward));
+    const Eigen::Vector3d change = end.ChangeWith(impulse * inward);
+    const double here = stretch(change);
     if (std::abs(here) < least) {
       least = std::abs(here);
       best = impulse;
+      best_change = change;
     }
-    if (least <= enough || impulse == before) break;
+    if (least <= enough || impulse == before || impulse > most) break;
     if (here > 0) {
       low = impulse;
     } else {
@@ -157,7 +171,18 @@ double TautImpulse(const StringEnd& end, const Eigen::Vector3d& inward, double l
     at_before = here;
     impulse = next;
   }
-  return best;
+  // A step that moves the end by much of the string's length or far from straight is no longer the equation
+  // of motion's: its impulse may throw the body inward and give it energy. Then, and where none does it, the
+  // string takes the motion outward, which costs energy, and stays a little too long.
+  const Eigen::Vector3d velocity = end.Velocity();
+  const double outward_speed = -inward.dot(velocity);
+  const double response = inward.dot(mobility);
+  const double straight = end.time * velocity.norm();
+  const double bent = (best_change - end.time * velocity - best * per_impulse).norm();
+  const bool resolved = straight <= kResolved * length && bent <= kResolved * straight;
+  const bool gains = best * response > 2 * outward_speed;
+  if (least <= kSolved * length && best <= most && (resolved || !gains)) return best;
+  return std::max(0.0, outward_speed / response);
 }
 
 }  // namespace

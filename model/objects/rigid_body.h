@@ -34,6 +34,7 @@ struct BodyString {
 // momentum, as of a ball of the middle inertia, and what the other two principal axes turn more or less than
 // it (half, whole, half: McLachlan 1993; Touma and Wisdom 1994). Keeps the length of the angular momentum to
 // rounding, reversible, second order in the energy; exact where two of the inertias are equal.
+// Otherwise a step must be short against a turn.
 void DriftBody(RigidBody& body, double time);
 
 //   force   lab, N;  torque  about the centre of mass, lab, N m
@@ -42,11 +43,13 @@ void KickBody(RigidBody& body, double time, const Eigen::Vector3d& force, const 
 // The same, and what the string adds along its present direction so that its ends are no farther apart than
 // its length once the body has drifted for `time` (SHAKE, Ryckaert, Ciccotti and Berendsen 1977: second
 // order, no drift of energy). A string that comes taut takes the motion along it: an inelastic jerk. One that
-// is too long at the start is pulled in within the step, whatever that costs; of length 0 it is a ball joint.
-//   returns  the string's mean tension over the step, N; 0: slack. Its ends are then `length` apart to 1e-14
+// is too long at the start is pulled in, by at most 1 % of its length in a step, whatever that costs; of
+// length 0 it is a ball joint, whose ends must meet at the start.
+//   returns  the string's mean tension over the step, N; 0: slack. Its ends are then `length` apart to 1e-12
 //   of
-//            the coordinates; where no tension does it (the step moves the body by about the string's
-//            length), as near as one came
+//            it, unless it was longer. Where the step is too long for that (it moves the end by 0.3 of the
+//            length or turns its path by 0.3 rad), an impulse that would add energy only takes the motion
+//            along the string, which then may be too long
 double KickOnString(RigidBody& body, const BodyString& string, double time, const Eigen::Vector3d& force,
                     const Eigen::Vector3d& torque);
 
