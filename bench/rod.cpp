@@ -44,18 +44,26 @@ BENCHMARK_CAPTURE(Plain, paper, RodForm::kPaper);
 BENCHMARK_CAPTURE(Plain, energy, RodForm::kEnergy);
 
 template <class S>
-void Lanes(benchmark::State& state, RodForm form) {
+void Lanes(benchmark::State& state, RodForm form, const Medium& medium = {}, bool couples = false) {
   const int width = static_cast<int>(state.range(0)), elements = static_cast<int>(state.range(1));
   if (width > MachineDoubles()) return state.SkipWithError("not on this machine");
   UseRodKernel(width);
-  LaneRods<S> rods = LaneRods<S>::Make(Rods(8, elements), form).value();
-  for (auto _ : state) rods.Advance(100, 0, Options(form, elements));
+  const std::vector<Rod> start = Rods(8, elements);
+  LaneRods<S> rods = LaneRods<S>::Make(start, form).value();
+  rods.SetMedium(medium, start, std::vector<Wetted>(8));
+  rods.UseCouples(couples);
+  const PlainOptions options = Options(form, elements);
+  // Couples count only with a middle of the step; it clears forces too.
+  const typename LaneRods<S>::Middle middle = [](double, LaneRods<S>&) {};
+  for (auto _ : state) rods.Advance(100, 0, options, couples ? middle : typename LaneRods<S>::Middle());
   if (rods.trouble().any()) state.SkipWithError("rods in trouble");
   UseRodKernel(0);
   Report(state, 800.0 * elements);
 }
 void LanesInDouble(benchmark::State& state, RodForm form) { Lanes<double>(state, form); }
 void LanesInSingle(benchmark::State& state, RodForm form) { Lanes<float>(state, form); }
+void LanesInWater(benchmark::State& state, RodForm form) { Lanes<double>(state, form, Water()); }
+void LanesWithCouples(benchmark::State& state, RodForm form) { Lanes<double>(state, form, {}, true); }
 BENCHMARK_CAPTURE(LanesInDouble, paper, RodForm::kPaper)
     ->ArgsProduct({{2, 4, 8}, {100}})
     ->ArgsProduct({{8}, {25, 400, 1600}})
@@ -67,6 +75,15 @@ BENCHMARK_CAPTURE(LanesInDouble, energy, RodForm::kEnergy)
     ->ArgsProduct({{2, 4, 8}, {100}})
     ->ArgNames({"width", "elements"});
 BENCHMARK_CAPTURE(LanesInSingle, energy, RodForm::kEnergy)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesInWater, paper, RodForm::kPaper)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesInWater, energy, RodForm::kEnergy)
+    ->ArgsProduct({{2, 4, 8}, {100}})
+    ->ArgNames({"width", "elements"});
+BENCHMARK_CAPTURE(LanesWithCouples, energy, RodForm::kEnergy)
     ->ArgsProduct({{2, 4, 8}, {100}})
     ->ArgNames({"width", "elements"});
 

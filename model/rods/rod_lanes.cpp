@@ -195,6 +195,27 @@ void LaneRods<S>::UseCouples(bool use) {
 }
 
 template <class S>
+void LaneRods<S>::SetMedium(const Medium& medium, std::span<const Rod> rods, std::span<const Wetted> wetted) {
+  TENDRIL_CHECK(rods.size() == static_cast<size_t>(rods_) && wetted.size() == rods.size());
+  flow_ = medium.flow;
+  medium_.clear();
+  if (medium.density == 0) return;
+  medium_.resize(static_cast<size_t>(4 * (elements_ + 1)) * kRodLanes);
+  for (size_t lane = 0; lane < kRodLanes; ++lane) {
+    const size_t r = lane < rods.size() ? lane : 0;
+    TENDRIL_CHECK(rods[r].elements() == elements_);
+    const WettedNodes nodes = WettedNodesOf(rods[r], medium, wetted[r]);
+    const Eigen::VectorXd* const rows[] = {&nodes.weighed, &nodes.inverse_across, &nodes.across_drag,
+                                           &nodes.along_drag};
+    for (size_t i = 0; i <= static_cast<size_t>(elements_); ++i) {
+      for (size_t k = 0; k < 4; ++k) {
+        medium_[(4 * i + k) * kRodLanes + lane] = static_cast<S>((*rows[k])[static_cast<Eigen::Index>(i)]);
+      }
+    }
+  }
+}
+
+template <class S>
 void LaneRods<S>::LabSpins(std::span<S> to) {
   TENDRIL_CHECK(to.size() == static_cast<size_t>(3 * elements_) * kRodLanes);
   KernelsOfThisMachine<S>().lab_spins(MakeJob(), to.data());
@@ -214,6 +235,8 @@ void LaneRods<S>::Kick(const PlainOptions& options, bool with_forces) {
   for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
   if (with_forces) job.force = memory_.data() + at_.force;
   if (with_forces && !couples_.empty()) job.couple = couples_.data();
+  if (!medium_.empty()) job.medium = medium_.data();
+  for (int k = 0; k < 3; ++k) job.flow[k] = static_cast<S>(flow_[k]);
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
     const double damping = damping_.empty() ? options.damping : damping_[lane < damping_.size() ? lane : 0];
     const DampedKick kick = KickOf(form_, options.time_step, damping);

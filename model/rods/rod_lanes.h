@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "model/result.h"
+#include "model/rods/medium.h"
 #include "model/rods/rod.h"
 #include "model/rods/rod_plain.h"
 
@@ -55,6 +56,9 @@ class LaneRods {
   void Kick(const PlainOptions& options) { Kick(options, true); }
   // Whether there are couples(); without them a kick does not pay for them.
   void UseCouples(bool use);
+  // From now on the rods, those that the batch was made from, move in a medium, each wetted in its own way;
+  // of density 0: in vacuum. What PlainOptions say of a medium does not count here.
+  void SetMedium(const Medium& medium, std::span<const Rod> rods, std::span<const Wetted> wetted);
   // Damping of each rod, 1/s, instead of the options'.
   void SetDamping(std::span<const double> damping);
 
@@ -71,7 +75,8 @@ class LaneRods {
 
   int rods() const { return rods_; }
   int elements() const { return elements_; }
-  // All that a step changes or reads, but for couples, which like forces are new in every step: with it
+  // All that a step changes or reads, but for couples, which like forces are new in every step, and
+  // the medium: with it
   // another batch of the same rods goes on to the same bytes.
   std::span<S> memory() { return memory_; }
   std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
@@ -102,6 +107,8 @@ class LaneRods {
   Places at_{};
   std::vector<S> memory_;
   std::vector<S> couples_;
+  std::vector<S> medium_;  // WettedNodes [node][4][8 rods]; empty: vacuum
+  Eigen::Vector3d flow_ = Eigen::Vector3d::Zero();
   std::vector<double> damping_;  // of each rod; empty: the options'
   LaneTrouble trouble_;
 };

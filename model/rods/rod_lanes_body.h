@@ -6,6 +6,8 @@
 #include "model/rods/registers_body.h"
 #include "model/rods/rod_lanes_kernel.h"
 
+#include "model/rods/medium_body.h"  // needs the registers
+
 namespace tendril::rod_kernel {
 namespace {
 
@@ -199,7 +201,7 @@ struct Kernel {
             {is_held ? pair.behind.x : none, is_held ? pair.behind.y : none, is_held ? pair.behind.z : none}};
   }
 
-  template <bool kEnergy, bool kCouples>
+  template <bool kEnergy, bool kCouples, bool kMedium>
   static TENDRIL_INLINE void KickGroup(Job<S>& job) {
     const Real keep = Get(job.damped), gain = Get(job.damped + 8);
     const Vector gravity{All(job.gravity[0]), All(job.gravity[1]), All(job.gravity[2])};
@@ -207,16 +209,26 @@ struct Kernel {
 
     Vector node = GetVector(job.position), velocity = GetVector(job.velocity);
     Vector carried{Real{}, Real{}, Real{}};  // force on the node from the element before
+    Vector before_edge{Real{}, Real{}, Real{}};
     // Of the element before.
     Quaternion before_turn{};
     Vector before_couple{}, before_spin{};
     Real before_length = Real{}, before_stretch = Real{}, before_l = Real{};
 
-    const auto kick_node = [&](int i, const Vector& internal, Real mobile) __attribute__((always_inline)) {
+    // The edge is that between the node's neighbours.
+    const auto kick_node = [&](int i, const Vector& internal, const Vector& edge, Real mobile)
+        __attribute__((always_inline)) {
       Vector force = internal;
       if (job.force != nullptr) force = Add(force, GetVector(job.force + 24 * i));
-      const Vector rate = PlusTimes(gravity, Get(job.inverse_mass + 8 * i), force);
-      const Vector v = Times(mobile, PlusTimes(Times(keep, velocity), gain, rate));
+      const Real inverse_mass = Get(job.inverse_mass + 8 * i);
+      Vector v;
+      if constexpr (kMedium) {
+        v = KickInMedium<Kernel, S>(job.medium + 32 * i, job.flow, inverse_mass, keep, gain, edge, velocity,
+                                    force, gravity);
+      } else {
+        v = PlusTimes(Times(keep, velocity), gain, PlusTimes(gravity, inverse_mass, force));
+      }
+      v = Times(mobile, v);
       PutVector(job.velocity + 24 * i, v);
       sum += v.x + v.y + v.z;
     };
@@ -267,8 +279,9 @@ struct Kernel {
       }
       if constexpr (kCouples) couple = Add(couple, ToBody(turn, GetVector(job.couple + 24 * i)));
       const Vector force = ToLab(turn, pull);
-      kick_node(i, Sub(force, carried), i == 0 ? first_node : one);
+      kick_node(i, Sub(force, carried), Add(before_edge, edge), i == 0 ? first_node : one);
       carried = force;
+      before_edge = edge;
       if (kEnergy && i == 0) couple = Add(couple, EndCouples(job, 0, turn, largest).behind);
       // Bend and twist at the node between the element before and this one.
       if (i > 0) {
@@ -304,7 +317,7 @@ struct Kernel {
       node = next;
       velocity = next_velocity;
     }
-    kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, last_node);
+    kick_node(job.elements, Vector{-carried.x, -carried.y, -carried.z}, before_edge, last_node);
     before_couple = Add(before_couple, GetVector(job.tip_couple));
     if (kEnergy) before_couple = Add(before_couple, EndCouples(job, 1, before_turn, largest).before);
     kick_element(job.elements - 1, before_couple, last_element);
@@ -334,6 +347,7 @@ struct Kernel {
       job.bend += first;
       job.rest_strain += first;
       job.rest_curvature += first;
+      if (job.medium != nullptr) job.medium += first;
       job.mobile += first;
       job.damped += first;
       job.end_turn += first;
@@ -354,14 +368,20 @@ struct Kernel {
     }
   }
 
+  // Rods without couples or medium do not pay for them.
+  template <bool kEnergy>
+  static void KickWith(Job<S>& job) {
+    if (job.medium != nullptr) {
+      job.couple != nullptr ? KickGroup<kEnergy, true, true>(job) : KickGroup<kEnergy, false, true>(job);
+    } else {
+      job.couple != nullptr ? KickGroup<kEnergy, true, false>(job) : KickGroup<kEnergy, false, false>(job);
+    }
+  }
+
   static void Kick(Job<S>& job) {
     for (int first = 0; first < 8; first += Types<S>::kWidth) {
       Group group(job, first);
-      if (job.couple == nullptr) {
-        job.energy_form ? KickGroup<true, false>(group.job) : KickGroup<false, false>(group.job);
-      } else {
-        job.energy_form ? KickGroup<true, true>(group.job) : KickGroup<false, true>(group.job);
-      }
+      job.energy_form ? KickWith<true>(group.job) : KickWith<false>(group.job);
     }
   }
 

@@ -23,8 +23,10 @@ struct Job {
   const S* bend;            // about d1 and d2, about d3; inner nodes
   const S* rest_strain;     // 3, elements
   const S* rest_curvature;  // 3, inner nodes
-  const S* mobile;          // node 0, element 0, node N, element N-1: 1, or 0 where held
-  const S* damped;          // keep and gain of a kick (DampedKick)
+  const S* medium;  // WettedNodes: weighed, inverse_across, across_drag, along_drag, nodes; null: none
+  S flow[3];        // m/s
+  const S* mobile;  // node 0, element 0, node N, element N-1: 1, or 0 where held
+  const S* damped;  // keep and gain of a kick (DampedKick)
   // Of the base, then of the tip, where the very end's directors are held; else stiffnesses of 0.
   const S* end_turn;       // w, x, y, z
   const S* end_bend;       // about d1 and d2, about d3, half the end element's length and its inverse

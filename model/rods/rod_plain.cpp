@@ -1,6 +1,7 @@
 #include "model/rods/rod_plain.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "model/geometry/rotation.h"
@@ -150,7 +151,17 @@ void KickPlain(Rod& rod, const PlainOptions& options, const Matrix3Xd& outside,
     couple.col(i) += rod.directors[static_cast<std::size_t>(i)] * outside_couples.col(i);
   }
   const DampedKick kick = KickOf(options.form, options.time_step, options.damping);
+  const bool in_medium = options.medium != nullptr && options.medium->density > 0;
+  WettedNodes nodes;
+  if (in_medium) nodes = WettedNodesOf(rod, *options.medium, options.wetted);
   for (Index i = 0; i < rod.mass.size(); ++i) {
+    if (in_medium) {
+      const Vector3d edge =
+          rod.position.col(std::min(i + 1, last)) - rod.position.col(std::max<Index>(i - 1, 0));
+      rod.velocity.col(i) = KickInMedium(nodes, i, options.medium->flow, kick.keep, kick.gain, edge,
+                                         rod.velocity.col(i), force.col(i), options.gravity, 1 / rod.mass[i]);
+      continue;
+    }
     rod.velocity.col(i) =
         kick.keep * rod.velocity.col(i) + kick.gain * (force.col(i) / rod.mass[i] + options.gravity);
   }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "model/rods/medium.h"
 #include "model/rods/rod.h"
 
 namespace tendril {
@@ -27,6 +28,8 @@ struct PlainOptions {
   double time_step = 2e-5;                            // s
   double damping = 0;                                 // 1/s: velocities and spins decay as exp(-damping t)
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s^2
+  const Medium* medium = nullptr;                     // null: vacuum
+  Wetted wetted = {};                                 // of every rod that is stepped with these
 };
 
 // The parts of a step, for rods whose forces depend on rods elsewhere: half a drift, forces, kick, half a
