@@ -97,6 +97,7 @@ struct Press {
   double *force, *couple;         // added to; of elements, lab
   // Out.
   double least_square, least_share_square;  // of distances of axes where they press; by the radii's sum
+  double longest_stick_square;              // of springs, by the radii's sum
 };
 
 enum PartKind { kCapsulePart, kCylinderPart, kBoxPart, kHalfSpacePart };  // a sphere is a capsule
@@ -120,7 +121,8 @@ struct PressOnSolid {
   double *force, *couple;
   // Out, added to: force and torque about the origin.
   double on_solid[6];
-  double least_share;  // 1 - depth / (2 radius), as between two rods alike
+  double least_share;           // 1 - depth / (2 radius), as between two rods alike
+  double longest_stick_square;  // by twice the radius
 };
 
 struct Touch {

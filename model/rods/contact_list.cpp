@@ -252,7 +252,9 @@ void ContactList::PressRods(double time_step) {
   press.couple = couples_.data();
   press.least_square = least_distance_ * least_distance_;
   press.least_share_square = least_share_ * least_share_;
+  press.longest_stick_square = longest_stick_ * longest_stick_;
   contact_kernel::KernelsOfThisMachine().press(press);
+  longest_stick_ = std::sqrt(press.longest_stick_square);
   least_distance_ = std::sqrt(press.least_square);
   least_share_ = std::sqrt(press.least_share_square);
 }
@@ -291,7 +293,8 @@ std::vector<double> ContactList::Save() const {
                             longest_since_,
                             static_cast<double>(lists_),
                             nothing_passed_ ? 1.0 : 0.0,
-                            started_ ? 1.0 : 0.0};
+                            started_ ? 1.0 : 0.0,
+                            longest_stick_};
   for (std::size_t r = 0; r < rods_; ++r) {
     for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
       const int at = strands_[r].lane + kRodLanes * i;
@@ -305,7 +308,7 @@ std::vector<double> ContactList::Save() const {
 
 bool ContactList::Restore(std::span<const double> saved) {
   // Springs' numbers come and go: their lists are looked through before anything changes.
-  std::size_t from = 8;
+  std::size_t from = 9;
   for (std::size_t r = 0; r < rods_; ++r) from += 3 * (static_cast<std::size_t>(strands_[r].elements) + 1);
   const std::size_t springs = from;
   for (std::size_t list = 0; list <= parts_.size(); ++list) {
@@ -321,7 +324,8 @@ bool ContactList::Restore(std::span<const double> saved) {
   lists_ = static_cast<long>(saved[5]);
   nothing_passed_ = saved[6] != 0;
   started_ = saved[7] != 0;
-  from = 8;
+  longest_stick_ = saved[8];
+  from = 9;
   for (std::size_t r = 0; r < rods_; ++r) {
     for (int i = 0; i < 3 * (strands_[r].elements + 1); ++i) {
       const int at = strands_[r].lane + kRodLanes * i;

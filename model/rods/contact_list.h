@@ -73,6 +73,8 @@ class ContactList {
   double least_share() const { return least_share_; }
   double longest_move() const { return longest_move_; }
   long lists() const { return lists_; }
+  // The most that a spring of what sticks was drawn since the start, by the radii's sum.
+  double longest_stick() const { return longest_stick_; }
   // No axis passed through another, nor through a solid's surface: from each choice of pairs to the next,
   // nodes went less far than axes were apart. (Elements that are left out as neighbours along a rod are not
   // looked at.) Nothing is known with kHertzCenters: axes can cross between centres.
@@ -201,7 +203,7 @@ class ContactList {
   bool forgotten_ = true;
   int steps_ = 0;  // since pairs were chosen
   bool started_ = false;
-  double least_distance_, least_share_, longest_move_ = 0;
+  double least_distance_, least_share_, longest_move_ = 0, longest_stick_ = 0;
   // Since pairs were chosen: how near axes may have come, but for the step in which a node left what it was
   // allowed; the farthest that anything went in a step, m.
   double least_gap_, longest_since_ = 0;

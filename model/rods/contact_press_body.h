@@ -66,6 +66,12 @@ TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& la
   return {touches ? force.x : none, touches ? force.y : none, touches ? force.z : none};
 }
 
+// The square of how far springs are drawn.
+TENDRIL_INLINE Real DrawnSquare(const double* spring) {
+  const Real x = Get(spring), y = Get(spring + 8), z = Get(spring + 16);
+  return x * x + y * y + z * z;
+}
+
 // An element's axis in lanes, and what presses on it.
 struct Side {
   Segment it;
@@ -138,6 +144,7 @@ template <bool kMoves>
 void PressPairs(Press& job) {
   const Real none = Real{}, one = All(1);
   Real least_square = All(job.least_square), least_share = All(job.least_share_square);
+  Real longest_stick = All(job.longest_stick_square);
   for (int p = 0; p < job.pairs; p += kDoubles) {
     const int *ones = job.one + p, *others = job.other + p;
     const double* const constants = job.constants + p / 8 * (8 * kPressConstants) + p % 8;
@@ -181,6 +188,8 @@ void PressPairs(Press& job) {
       if (job.sliding.at_rest > 0) {
         force = Plus(force, FrictionOf(spring, moves, job.sliding, constant(kStickStiffness), damping, normal,
                                        size + damped, velocity, Times(All(0.5), Plus(a_spin, b_spin))));
+        const Real drawn = DrawnSquare(spring) / (radii * radii);
+        longest_stick = moves ? Larger(longest_stick, drawn) : longest_stick;
       }
       force = {moves ? force.x : none, moves ? force.y : none, moves ? force.z : none};
       a.start_force = PlusTimes(a.start_force, one - s, force);
@@ -202,6 +211,7 @@ void PressPairs(Press& job) {
   for (int k = 0; k < kDoubles; ++k) {
     if (least_square[k] < job.least_square) job.least_square = least_square[k];
     if (least_share[k] < job.least_share_square) job.least_share_square = least_share[k];
+    if (longest_stick[k] > job.longest_stick_square) job.longest_stick_square = longest_stick[k];
   }
 }
 

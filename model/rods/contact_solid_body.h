@@ -69,7 +69,7 @@ void PressOnPart(PressOnSolid& job) {
   const SolidPart& part = job.part;
   const Vector position = AllOf(part.position), origin = AllOf(job.origin);
   Vector on_solid = {none, none, none}, torque = {none, none, none};
-  Real least_share = All(job.least_share);
+  Real least_share = All(job.least_share), longest_stick = All(job.longest_stick_square);
   for (int p = 0; p < job.elements; p += kDoubles) {
     const int* const places = job.one + p;
     const double* const constants = job.constants + p / 8 * (8 * kSolidConstants) + p % 8;
@@ -130,6 +130,8 @@ void PressOnPart(PressOnSolid& job) {
         force =
             Plus(force, FrictionOf(spring, moves, job.sliding, Get(constants + 8 * kSolidStick), damping,
                                    normal, size + damped, velocity, Times(All(0.5), Plus(spin, turning))));
+        const Real drawn = DrawnSquare(spring) / (4 * radius * radius);
+        longest_stick = moves ? Larger(longest_stick, drawn) : longest_stick;
       }
       force = {moves ? force.x : none, moves ? force.y : none, moves ? force.z : none};
       start = PlusTimes(start, one - s, force);
@@ -145,6 +147,7 @@ void PressOnPart(PressOnSolid& job) {
   }
   for (int k = 0; k < kDoubles; ++k) {
     if (least_share[k] < job.least_share) job.least_share = least_share[k];
+    if (longest_stick[k] > job.longest_stick_square) job.longest_stick_square = longest_stick[k];
     job.on_solid[0] += on_solid.x[k], job.on_solid[1] += on_solid.y[k], job.on_solid[2] += on_solid.z[k];
     job.on_solid[3] += torque.x[k], job.on_solid[4] += torque.y[k], job.on_solid[5] += torque.z[k];
   }

@@ -163,7 +163,9 @@ void ContactList::PressOnSolids(double time_step) {
     press.force = forces_.data();
     press.couple = couples_.data();
     press.least_share = least_share_;
+    press.longest_stick_square = longest_stick_ * longest_stick_;
     contact_kernel::KernelsOfThisMachine().press_on_solid(press);
+    longest_stick_ = std::sqrt(press.longest_stick_square);
     least_share_ = press.least_share;
     placed.wrench.force += Vector3d(press.on_solid[0], press.on_solid[1], press.on_solid[2]);
     placed.wrench.torque += Vector3d(press.on_solid[3], press.on_solid[4], press.on_solid[5]);

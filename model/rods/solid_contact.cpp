@@ -22,7 +22,8 @@ std::pair<double, double> FrictionOfSolid(const Contact& contact, const Solid& s
 
 double SolidContact::StiffnessOf(const Contact& contact) { return contact.stiffness * std::sqrt(1e-3); }
 
-SolidContact::SolidContact(const Contact& contact, std::span<const Solid> solids, std::span<const double> masses)
+SolidContact::SolidContact(const Contact& contact, std::span<const Solid> solids,
+                           std::span<const double> masses)
     : contact_(contact), solids_(solids.size()) {
   std::size_t parts = 0;
   for (const Solid& solid : solids) {
@@ -40,8 +41,8 @@ SolidContact::SolidContact(const Contact& contact, std::span<const Solid> solids
   }
 }
 
-void SolidContact::Touch(const Sphere& sphere, std::span<const Solid> solids, std::size_t other, std::size_t part,
-                         Stick& stick, double time_step, std::span<Wrench> wrenches) const {
+void SolidContact::Touch(const Sphere& sphere, std::span<const Solid> solids, std::size_t other,
+                         std::size_t part, Stick& stick, double time_step, std::span<Wrench> wrenches) const {
   const Solid &mine = solids[sphere.solid], &its = solids[other];
   const Vector3d centre = mine.pose * sphere.at.centre;
   const SurfaceDistance surface = DistanceTo(its.shape[part], its.pose.inverse() * centre);
@@ -100,7 +101,8 @@ void SolidContact::Add(std::span<const Solid> solids, double time_step, std::spa
 std::vector<double> SolidContact::Save() const {
   std::vector<double> saved;
   for (const Stick& stick : sticks_) {
-    saved.insert(saved.end(), {stick.stretch.x(), stick.stretch.y(), stick.stretch.z(), stick.slides ? 1.0 : 0.0});
+    saved.insert(saved.end(),
+                 {stick.stretch.x(), stick.stretch.y(), stick.stretch.z(), stick.slides ? 1.0 : 0.0});
   }
   return saved;
 }

@@ -17,9 +17,9 @@ class SolidContact {
   SolidContact(const Contact& contact, std::span<const Solid> solids, std::span<const double> masses);
 
   bool CanTouch() const { return !spheres_.empty() && solids_ > 1; }
-  // Forces of the present state, added to what is there: linear in depth, stiffness sqrt(1 mm) a sphere, damped
-  // a fifth of critically, with friction (the larger of the two solids' own, or the contact's). Springs of what
-  // sticks move on by a step.
+  // Forces of the present state, added to what is there: linear in depth, stiffness sqrt(1 mm) a sphere,
+  // damped a fifth of critically, with friction (the larger of the two solids' own, or the contact's).
+  // Springs of what sticks move on by a step.
   void Add(std::span<const Solid> solids, double time_step, std::span<Wrench> wrenches);
 
   // The stiffness of a sphere, N/m.
@@ -32,8 +32,8 @@ class SolidContact {
   struct Sphere {
     std::size_t solid;
     SurfaceSphere at;
-    double damping;             // N s/m
-    std::size_t first;          // of its springs: one for each part of all solids
+    double damping;     // N s/m
+    std::size_t first;  // of its springs: one for each part of all solids
   };
   void Touch(const Sphere& sphere, std::span<const Solid> solids, std::size_t other, std::size_t part,
              Stick& stick, double time_step, std::span<Wrench> wrenches) const;

@@ -38,7 +38,6 @@ Bodies::Bodies(const Scene& scene, double time_step)
       time_step_(time_step),
       solids_(SolidsOf(scene)),
       loads_(scene.objects.size()),
-      pushes_(scene.objects.size(), Vector3d::Zero()),
       tensions_(scene.objects.size(), 0.0),
       contact_(scene.contact, solids_, MassesOf(scene)) {
   for (const SceneObject& object : scene.objects) {
@@ -68,14 +67,15 @@ void Bodies::Refresh() {
   }
 }
 
-void Bodies::Step(std::span<const Wrench> loads) {
+void Bodies::Step(double time, std::span<const Wrench> loads) {
   if (!moves_) return;
   std::copy(loads.begin(), loads.end(), loads_.begin());
+  for (const Push& push : scene_.pushes) loads_[push.object].force += ForceAt(push, time);
   if (contact_.CanTouch()) contact_.Add(solids_, time_step_, loads_);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SceneObject& object = scene_.objects[b];
     if (object.motion == ObjectMotion::kFixed) continue;
-    const Vector3d force = loads_[b].force + object.mass * scene_.gravity + pushes_[b];
+    const Vector3d force = loads_[b].force + object.mass * scene_.gravity;
     if (object.motion == ObjectMotion::kHanging) {
       tensions_[b] = KickOnString(bodies_[b], object.string, time_step_, force, loads_[b].torque);
     } else {

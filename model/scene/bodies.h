@@ -21,8 +21,8 @@ class Bodies {
   // As they are now; one for each object of the scene.
   const std::vector<Solid>& solids() const { return solids_; }
   bool AnyMoves() const { return moves_; }
-  // Kick by these loads (of rods) and all else, then a drift of a step.
-  void Step(std::span<const Wrench> loads);
+  // Kick by these loads (of rods) and all else at a time, then a drift of a step.
+  void Step(double time, std::span<const Wrench> loads);
 
   // Poses at a time from now, lab_from_object: exact where the scheme is.
   std::vector<Eigen::Isometry3d> PosesAt(double from_now) const;
@@ -31,9 +31,6 @@ class Bodies {
   const RigidBody& body(std::size_t object) const { return bodies_[object]; }
   double KineticEnergy() const;  // J
   bool Finite() const;
-
-  // Beside the scene's own loads, until it is said otherwise: N, at the centre of mass.
-  void Push(std::size_t object, const Eigen::Vector3d& force) { pushes_[object] = force; }
 
   std::vector<double> Save() const;
   bool Restore(std::span<const double> saved);
@@ -47,7 +44,6 @@ class Bodies {
   std::vector<RigidBody> bodies_;
   std::vector<Solid> solids_;
   std::vector<Wrench> loads_;
-  std::vector<Eigen::Vector3d> pushes_;
   std::vector<double> tensions_;
   SolidContact contact_;
 };

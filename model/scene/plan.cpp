@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-
 namespace tendril {
 namespace {
 
@@ -177,8 +176,9 @@ struct Planner {
     for (PlanTerm& term : plan.terms) term = {term.name, false, std::string(without) + "; else: " + term.why};
   }
 
-  // What contact counts: friction, and how finely along the rods. Between points farther apart than kPointSpacing of
-  // the radii's sum a crossing's force changes by more than a fifth as it slides (docs/rods.md, "Contact").
+  // What contact counts: friction, and how finely along the rods. Between points farther apart than
+  // kPointSpacing of the radii's sum a crossing's force changes by more than a fifth as it slides
+  // (docs/rods.md, "Contact").
   void Press() {
     if (!(plan.rod_contact || plan.self_contact || plan.object_contact)) return;
     constexpr double kPointSpacing = 0.4;
@@ -194,7 +194,8 @@ struct Planner {
                                 ShortNumber(spacing) + " of the radii's sum long"});
     }
     double friction = std::max(scene.contact.friction, scene.contact.static_friction);
-    for (const SceneObject& object : scene.objects) friction = std::max(friction, object.friction.value_or(0));
+    for (const SceneObject& object : scene.objects)
+      friction = std::max(friction, object.friction.value_or(0));
     plan.terms.push_back({"friction", friction > 0, "mu = " + ShortNumber(friction)});
   }
 

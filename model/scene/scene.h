@@ -17,6 +17,7 @@
 #include "model/objects/shape.h"
 #include "model/rods/contact.h"
 #include "model/rods/rod.h"
+#include "model/scene/push.h"
 
 namespace tendril {
 
@@ -96,6 +97,7 @@ struct Scene {
   Eigen::Vector3d gravity = Eigen::Vector3d(0, 0, -9.80665);
   std::optional<SceneGripper> gripper;
   std::vector<SceneObject> objects;
+  std::vector<Push> pushes;
   Contact contact;
   std::vector<SceneRod> rods;
 };

@@ -15,7 +15,12 @@ constexpr std::int64_t kLook = 100;
 // Writes down curves as they come.
 class Record {
  public:
-  Record(const std::vector<Driven>& rods, std::vector<CurveSeries> before) : series_(std::move(before)) {
+  Record(const Scene& scene, const std::vector<Driven>& rods, std::vector<CurveSeries> before)
+      : series_(std::move(before)) {
+    for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+      const std::string& name = scene.objects[o].name;
+      objects_.push_back({name.empty() ? "object" + std::to_string(o) : name, {}, {}});
+    }
     series_.resize(rods.size());
     for (std::size_t r = 0; r < rods.size(); ++r) series_[r].name = rods[r].name;
     for (Eigen::Index f = 0; f < series_[0].time.size(); ++f) times_.push_back(series_[0].time[f]);
@@ -25,6 +30,45 @@ class Record {
     times_.push_back(time);
     for (std::size_t r = 0; r < rods.size(); ++r) series_[r].curves.push_back(CurveOf(rods[r]));
   }
+  void AddObjects(const std::vector<Eigen::Isometry3d>& poses, const std::vector<Eigen::Vector3d>& forces) {
+    for (std::size_t o = 0; o < objects_.size(); ++o) {
+      objects_[o].poses.push_back(poses[o]);
+      objects_[o].forces.push_back(forces[o]);
+    }
+  }
+  const std::vector<ObjectSeries>& objects() const { return objects_; }
+
+  // Behind a state's numbers, and from there.
+  void SaveObjects(std::vector<double>& numbers) const {
+    const std::size_t before = numbers.size();
+    for (const ObjectSeries& object : objects_) {
+      for (std::size_t f = 0; f < object.poses.size(); ++f) {
+        const Eigen::Matrix4d& pose = object.poses[f].matrix();
+        numbers.insert(numbers.end(), pose.data(), pose.data() + 16);
+        numbers.insert(numbers.end(), object.forces[f].begin(), object.forces[f].end());
+      }
+    }
+    numbers.push_back(static_cast<double>(numbers.size() - before));
+  }
+  //   returns  false  they are not of such a record
+  bool TakeObjects(std::vector<double>& numbers) {
+    const double expected = static_cast<double>(19 * frames() * objects_.size());
+    if (numbers.empty() || numbers.back() != expected || static_cast<double>(numbers.size()) < 1 + expected) {
+      return false;
+    }
+    const std::size_t begin = numbers.size() - 1 - 19 * frames() * objects_.size();
+    const double* from = numbers.data() + begin;
+    for (ObjectSeries& object : objects_) {
+      for (std::size_t f = 0; f < frames(); ++f, from += 19) {
+        Eigen::Isometry3d& pose = object.poses.emplace_back();
+        pose.matrix() = Eigen::Map<const Eigen::Matrix4d>(from);
+        object.forces.emplace_back(from[16], from[17], from[18]);
+      }
+    }
+    numbers.resize(begin);
+    return true;
+  }
+
   std::vector<CurveSeries> Curves() const {
     std::vector<CurveSeries> curves = series_;
     for (CurveSeries& one : curves) {
@@ -35,12 +79,29 @@ class Record {
 
  private:
   std::vector<CurveSeries> series_;
+  std::vector<ObjectSeries> objects_;
   std::vector<double> times_;
 };
 
+// Why a run cannot be trusted.
+std::vector<std::string> DoubtsOf(const Simulated& run) {
+  std::vector<std::string> doubts;
+  const double overlap = 2 * (1 - run.least_axis_share);
+  if (overlap > kDeepestTrusted) {
+    doubts.push_back("bodies overlap by " + ShortNumber(100 * overlap) + " % of a radius");
+  }
+  if (run.longest_stick > kLongestStickTrusted) {
+    doubts.push_back("what sticks gives by " + ShortNumber(100 * run.longest_stick) +
+                     " % of the radii's sum");
+  }
+  if (run.nothing_passed && !*run.nothing_passed) doubts.push_back("a body may have passed through another");
+  if (run.diverged) doubts.push_back("it diverged");
+  return doubts;
+}
+
 Result<Simulated> Statics(const Scene& scene, std::vector<Driven> rods, const std::vector<double>& times,
                           const SimulateHooks& hooks) {
-  Record record(rods, {});
+  Record record(scene, rods, {});
   Result<StaticSolver> made = StaticSolver::Make(scene, std::move(rods));
   if (!made.ok()) return made.error();
   StaticSolver& solver = made.value();
@@ -49,11 +110,15 @@ Result<Simulated> Statics(const Scene& scene, std::vector<Driven> rods, const st
     Result<std::vector<Rod>> at = solver.At(time);
     if (!at.ok()) return at.error();
     record.Add(time, at.value());
+    std::vector<Eigen::Isometry3d> poses;
+    for (const SceneObject& object : scene.objects) poses.push_back(object.pose);
+    record.AddObjects(poses, std::vector<Eigen::Vector3d>(poses.size(), Eigen::Vector3d::Zero()));
     result.stopped = hooks.progress && !hooks.progress(scene.duration > 0 ? time / scene.duration : 1);
     if (result.stopped) break;
   }
   result.steps = solver.solved();
   result.curves = record.Curves();
+  result.objects = record.objects();
   return result;
 }
 
@@ -98,12 +163,12 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
   Stepper stepper(scene, plan, std::move(made).value(), scene.duration / whole, hooks.threads);
   const double step = stepper.time_step();
   const bool resumes = hooks.resume_from != nullptr;
-  Record record(stepper.rods(), resumes ? hooks.resume_from->curves : std::vector<CurveSeries>());
-  if (resumes &&
-      !(FramesAreThose(*hooks.resume_from, stepper.rods(), times) &&
-        stepper.Restore(hooks.resume_from->numbers) && static_cast<double>(stepper.kicks()) <= whole &&
-        (record.frames() == times.size() ||
-         std::llround(times[record.frames()] / step) >= stepper.kicks()))) {
+  Record record(scene, stepper.rods(), resumes ? hooks.resume_from->curves : std::vector<CurveSeries>());
+  std::vector<double> numbers = resumes ? hooks.resume_from->numbers : std::vector<double>();
+  if (resumes && !(FramesAreThose(*hooks.resume_from, stepper.rods(), times) && record.TakeObjects(numbers) &&
+                   stepper.Restore(numbers) && static_cast<double>(stepper.kicks()) <= whole &&
+                   (record.frames() == times.size() ||
+                    std::llround(times[record.frames()] / step) >= stepper.kicks()))) {
     return Error{
         ErrorKind::kBadInput,
         "the state to go on from is of another scene, level, plan or program: start anew without it"};
@@ -121,7 +186,11 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
         stepper.ForgetHistory();
         result.diverged = stepper.CheckEnergy();
         if (!result.diverged && hooks.keep) {
-          hooks.keep([&] { return SimulationState{stepper.Save(), record.Curves()}; });
+          hooks.keep([&] {
+            SimulationState state{stepper.Save(), record.Curves()};
+            record.SaveObjects(state.numbers);
+            return state;
+          });
         }
       }
       result.stopped = stopping && (!hooks.keep || stepper.kicks() == block);
@@ -132,6 +201,9 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
     advance(std::min<std::int64_t>(std::llround(times[k] / step), std::llround(whole)));
     if (result.diverged || result.stopped) break;
     record.Add(times[k], stepper.At(times[k]));
+    std::vector<Eigen::Vector3d> forces;
+    for (std::size_t o = 0; o < scene.objects.size(); ++o) forces.push_back(stepper.ForceOn(o));
+    record.AddObjects(stepper.PosesAt(times[k]), forces);
   }
   result.steps = stepper.kicks();
   result.time_step = step;
@@ -141,8 +213,11 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
     result.longest_move = contacts->longest_move();
     result.nothing_passed = contacts->NothingPassed();
     if (result.diverged && result.nothing_passed) result.nothing_passed = false;
+    result.longest_stick = contacts->longest_stick();
   }
+  result.doubts = DoubtsOf(result);
   result.curves = record.Curves();
+  result.objects = record.objects();
   return result;
 }
 

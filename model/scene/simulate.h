@@ -1,10 +1,11 @@
 #pragma once
-// A scene, stepped: rods that bend to their rest shapes, touch each other and a fixed object.
+// A scene, stepped: rods that bend to their rest shapes, touch and hold each other and objects.
 
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "model/geometry/framed_curve.h"
@@ -16,8 +17,16 @@
 
 namespace tendril {
 
+// An object of the scene, at the times of the curves.
+struct ObjectSeries {
+  std::string name;
+  std::vector<Eigen::Isometry3d> poses;  // lab_from_object
+  std::vector<Eigen::Vector3d> forces;   // of rods on it, N
+};
+
 struct Simulated {
   std::vector<CurveSeries> curves;     // a rod each, at the times asked for and reached
+  std::vector<ObjectSeries> objects;   // one each
   std::int64_t steps = 0;              // made in all; of kStatic: equilibria found
   double time_step = 0;                // s, taken; 0 of kStatic
   bool stopped = false;                // the progress said so; curves up to there
@@ -29,11 +38,19 @@ struct Simulated {
   double least_axis_share = std::numeric_limits<double>::infinity();
   double longest_move = 0;
   std::optional<bool> nothing_passed;
+  // The most that the spring of what sticks was drawn, as a share of the radii's sum.
+  double longest_stick = 0;
+  // Why the run cannot be trusted, in words; empty: nothing speaks against it.
+  std::vector<std::string> doubts;
 };
+
+// Overlaps deeper than this share of a radius, and springs of what sticks drawn farther than this share of
+// the radii's sum, make a run doubtful: contact is softer than what it stands for.
+inline constexpr double kDeepestTrusted = 0.25, kLongestStickTrusted = 0.1;
 
 // A run that was interrupted, whole: from it the same scene goes on to the same bytes.
 struct SimulationState {
-  std::vector<double> numbers;
+  std::vector<double> numbers;      // the stepper's, then the objects' frames
   std::vector<CurveSeries> curves;  // up to there
 };
 

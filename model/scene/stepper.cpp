@@ -195,7 +195,7 @@ std::optional<Divergence> Stepper::StepPlainly() {
   } else {
     AddPublished(shapes, loads);
   }
-  bodies_.Step(on_bodies_);
+  bodies_.Step(middle, on_bodies_);
   std::optional<Divergence> found;
   for (std::size_t r = 0; r < rods_.size(); ++r) {
     Driven& d = rods_[r];
@@ -357,7 +357,7 @@ std::optional<Divergence> Stepper::StepLanes() {
     batch.lanes->Kick(options_);
     batch.lanes->Drift(step);
   });
-  bodies_.Step(on_bodies_);
+  bodies_.Step(middle, on_bodies_);
   std::optional<Divergence> found;
   if (!bodies_.Finite()) found.emplace().why = "not finite";
   if (contacts_ && contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
@@ -385,6 +385,7 @@ std::vector<double> Stepper::Save() const {
     for (const Eigen::Matrix3d& q : rod.directors) Append(state, {q.data(), 9});
   }
   Append(state, bodies_.Save());
+  for (const Wrench& wrench : on_bodies_) Append(state, {wrench.force.data(), 3});
   if (contacts_) Append(state, contacts_->Save());
   return state;
 }
@@ -410,6 +411,8 @@ bool Stepper::Restore(const std::vector<double>& state) {
     }
   }
   const std::vector<double> bodies = lists.Next(bodies_.Save().size());
+  std::vector<std::vector<double>> forces;
+  for (std::size_t b = 0; b < on_bodies_.size(); ++b) forces.push_back(lists.Next(3));
   const std::vector<double> contact = contacts_ ? lists.Next() : std::vector<double>();
   if (!lists.done() || !bodies_.Restore(bodies) || (contacts_ && !contacts_->Restore(contact))) return false;
   kicks_ = static_cast<std::int64_t>(head[0]);
@@ -418,6 +421,8 @@ bool Stepper::Restore(const std::vector<double>& state) {
     batches_[b].driven_once = false;
   }
   for (std::size_t r = 0; r < plain.size(); ++r) rods_[r].rod = std::move(plain[r]);
+  for (std::size_t b = 0; b < forces.size(); ++b)
+    std::copy_n(forces[b].data(), 3, on_bodies_[b].force.data());
   return true;
 }
 

@@ -51,13 +51,16 @@ class Stepper {
   //   returns  false  it is not of such a scene; nothing has changed
   bool Restore(const std::vector<double>& state);
 
+  // What the rods pressed on an object with in the last kick, N.
+  const Eigen::Vector3d& ForceOn(std::size_t object) const { return on_bodies_[object].force; }
+
   // By energy; to be called from time to time.
   std::optional<Divergence> CheckEnergy() const;
 
   // Null where nothing can touch, and in the plain form.
   const ContactList* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const std::vector<Driven>& rods() const { return rods_; }
-  Bodies& bodies() { return bodies_; }
+  const Bodies& bodies() const { return bodies_; }
 
  private:
   // Up to eight rods of equally many elements. Rest curvature is base + share * slope.
