@@ -66,7 +66,7 @@ TEST(Medium, AFallBeginsWithTheAddedMassAcrossAndWithoutAlong) {
 // rho_s pi r^2 l g is carried by rho/2 C_n 2 r l v^2, or by rho/2 C_t 2 pi r l v^2.
 TEST(Medium, RodsSinkAsFastAsTheirClosedFormsSay) {
   std::vector<Rod> rods = {FreeRod(Vector3d::UnitX(), 1200), FreeRod(Vector3d::UnitZ(), 1200)};
-  for (int k = 0; k < 20000; ++k) StepPlain(rods, 0, InMedium(kWater, 1e-3));
+  for (int k = 0; k < 10000; ++k) StepPlain(rods, 0, InMedium(kWater, 1e-3));
   const double pressed = 200 * 9.81 * kRadius / 1000;
   EXPECT_NEAR(-rods[0].velocity.row(2).mean() / std::sqrt(pressed * pi / 1.1), 1, 1e-9);
   EXPECT_NEAR(-rods[1].velocity.row(2).mean() / std::sqrt(pressed / 0.017), 1, 1e-9);
@@ -111,13 +111,13 @@ TEST(Medium, AddedMassLowersACantileversFrequency) {
     double before = 0, first = 0, last = 0;
     int passages = 0;
     for (int k = 0; passages < 6; ++k) {
-      lanes.Advance(1, 0, {.time_step = 2e-4});
+      lanes.Advance(10, 0, {.time_step = 2e-4});
       const double now = lanes.positions()[tip];
       if (k > 0 && before < 0 && now >= 0) {
-        (passages++ == 0 ? first : last) = 2e-4 * (k - now / (now - before));
+        (passages++ == 0 ? first : last) = 2e-3 * (k - now / (now - before));
       }
       before = now;
-      if (k > 1000000) return 0.0;
+      if (k > 100000) return 0.0;
     }
     return (last - first) / 5;
   };
@@ -135,15 +135,15 @@ TEST(Medium, AFlowCarriesAFreeRodUpToItsSpeed) {
   flowing.flow = {0, 0.3, 0};
   std::vector<Rod> rods = {FreeRod(Vector3d::UnitX(), 1200), FreeRod(Vector3d(1, 1, 1), 1200)};
   double before = 0;
-  for (int k = 0; k < 40000; ++k) {
+  for (int k = 0; k < 12000; ++k) {
     StepPlain(rods, 0, InMedium(flowing, 1e-3, 0));
     const double speed = rods[1].velocity.row(1).mean();
-    EXPECT_TRUE(speed >= before && speed <= 0.3) << speed << " after " << before;
+    ASSERT_TRUE(speed >= before && speed <= 0.3) << speed << " after " << before;
     before = speed;
   }
   const double k = 0.5 * 1000 * 1.1 * 2 * kRadius / (pi * kRadius * kRadius * 2200);
-  EXPECT_NEAR(rods[0].velocity(1, 4), 0.3 - 0.3 / (1 + k * 0.3 * 40), 1e-9);
-  EXPECT_GT(before, 0.27);
+  EXPECT_NEAR(rods[0].velocity(1, 4), 0.3 - 0.3 / (1 + k * 0.3 * 12), 1e-9);
+  EXPECT_GT(before, 0.26);
 }
 
 // A thousand times as long as it takes drag to stop the rod.
@@ -213,7 +213,7 @@ TEST(Medium, AStillMediumGivesARodNoEnergy) {
   for (const double added : {0.0, 1.0}) {
     Medium still = kWater;
     still.added_mass = added;
-    for (int trial = 0; trial < 10; ++trial) {
+    for (int trial = 0; trial < 4; ++trial) {
       std::vector<Rod> rods = {WildRod(random, 12, EndHold::kFree)};
       const auto energy = [&] {
         const RodEnergy e = EnergyOf(rods[0]);
@@ -221,7 +221,7 @@ TEST(Medium, AStillMediumGivesARodNoEnergy) {
       };
       const double start = energy();
       double before = start;
-      for (int part = 0; part < 50; ++part) {
+      for (int part = 0; part < 20; ++part) {
         for (int k = 0; k < 100; ++k) StepPlain(rods, 0, InMedium(still, 5e-5, 0));
         const double now = energy();
         // The scheme's own swing is of the second order in the step.
@@ -311,11 +311,11 @@ TEST_P(MediumLanes, StepAsThePlainStepperDoes) {
     PlainOptions wet = options;
     wet.medium = &flowing;
     wet.wetted = wetted[r];
-    for (int step = 0; step < 2000; ++step) StepPlain({&plain[r], 1}, 0, wet);
+    for (int step = 0; step < 1000; ++step) StepPlain({&plain[r], 1}, 0, wet);
   }
-  EXPECT_EQ(batch.Advance(2000, 0, options), 2000);
-  EXPECT_EQ(rough.Advance(2000, 0, options), 2000);
-  EXPECT_EQ(vacuum.Advance(2000, 0, options), 2000);
+  EXPECT_EQ(batch.Advance(1000, 0, options), 1000);
+  EXPECT_EQ(rough.Advance(1000, 0, options), 1000);
+  EXPECT_EQ(vacuum.Advance(1000, 0, options), 1000);
   batch.Store(lanes);
   rough.Store(single);
   vacuum.Store(dry);
