@@ -201,9 +201,9 @@ SceneObject ReadObject(TomlTable& table, std::size_t number, const Vector3d& gra
   const bool moves = object.motion != ObjectMotion::kFixed;
   if (moves) table.Required();
   table.Number("mass", object.mass, Above(0, "kg"));
-  double friction = 0, drag = 0;
+  double friction = 0;
   if (table.Number("friction", friction, AtLeast(0))) object.friction = friction;
-  if (table.Number("drag", drag, AtLeast(0))) object.drag = drag;
+  table.Number("drag_scale", object.drag_scale, AtLeast(0));
 
   const Isometry3d given_from_object = Balance(table, object, given);
   object.pose = placed.pose * given_from_object;

@@ -29,6 +29,7 @@ SceneRod ReadRod(TomlTable& table, std::size_t number) {
   table.Number("length", rod.design.length, Above(0, "m"));
   table.Number("taper", rod.design.taper, Above(0));
   ReadRodKeys(table, rod.design, rod.damping);
+  ReadWetted(table, rod.design.base_radius, rod.wetted);
   std::string clamp = "base";
   table.Choice("clamp", clamp, {"base", "both", "none"});
   rod.design.base = clamp == "none" ? EndHold::kFree : EndHold::kFrame;
@@ -60,6 +61,14 @@ void ReadRodKeys(TomlTable& table, RodDesign& design, double& damping) {
   table.Number("shear_modulus", design.shear_modulus, Above(0, "Pa"));
   table.Integer("elements", design.elements, Between(2, 100000));
   table.Number("damping", damping, AtLeast(0, "1/s"));
+}
+
+void ReadWetted(TomlTable& table, double base_radius, Wetted& wetted) {
+  double diameter = 0;
+  if (table.Number("drag_diameter", diameter, AtLeast(0, "m"))) {
+    wetted.drag_diameter_scale = diameter / (2 * base_radius);
+  }
+  table.Number("displaced", wetted.displaced, AtLeast(0));
 }
 
 void ReadSpan(TomlTable& table, const std::string& key, double& low, double& high) {

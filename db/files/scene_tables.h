@@ -21,6 +21,13 @@ std::vector<SceneRod> ReadRods(TomlDocument& document);
 // What [[rod]] and [gripper.rod] have in common.
 void ReadRodKeys(TomlTable& table, RodDesign& design, double& damping);
 
+// What stands for a rod's own cross-section in a medium: `drag_diameter` (m, at the base), `displaced`.
+//   base_radius  the rod's
+void ReadWetted(TomlTable& table, double base_radius, Wetted& wetted);
+
+// [[phase]] and `cycles`, into a scene whose gripper and rods are read.
+void ReadPhases(TomlDocument& document, Scene& scene);
+
 // A pair [low, high] in ascending order, s.
 void ReadSpan(TomlTable& table, const std::string& key, double& low, double& high);
 

@@ -10,6 +10,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Stow ReadStow(TomlTable& table) {
+  Stow stow;
+  const bool by_radius = table.Number("inner_radius", stow.inner_radius, Above(0, "m"));
+  const bool by_turns = table.Number("turns", stow.turns, Above(0));
+  if (by_radius && by_turns) table.Reject("turns", "turns or an inner_radius, not both");
+  if (!table.Has("inner_radius") && !table.Has("turns")) table.Reject("turns", "turns or an inner_radius");
+  table.Number("gap", stow.gap, AtLeast(0, "m"));
+  table.Number("release_time", stow.release_time, AtLeast(0, "s"));
+  table.Number("unroll_time", stow.unroll_time, AtLeast(0, "s"));
+  table.Number("eject_speed", stow.eject_speed, AtLeast(0, "m/s"));
+  return stow;
+}
+
 Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g) {
   std::string design;
   table.Required().Text("design", design);
@@ -38,6 +51,9 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   }
   TomlTable rod = table.Table("rod");
   ReadRodKeys(rod, g.rod, g.damping);
+  ReadWetted(rod, g.rod.base_radius, g.wetted);
+  TomlTable stowed = table.Table("stowed");
+  if (stowed.exists()) g.stowed = ReadStow(stowed);
   if (design.empty()) return Ok{};  // said by the document
   const fs::path folder = scene_file.parent_path();
   fs::path file = folder / design;
@@ -51,6 +67,23 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   g.design = std::move(read).value();
   g.design_name = file.stem().string();
   return Ok{};
+}
+
+void ReadMedium(TomlTable& table, Scene& scene) {
+  std::string kind = "vacuum";
+  table.Choice("kind", kind, {"vacuum", "air", "water"});
+  table.Vector("gravity", scene.gravity, Finite("m/s^2"));
+  Medium& medium = scene.medium;
+  if (kind == "air") medium = Air();
+  if (kind == "water") medium = Water();
+  table.Number("density", medium.density, Above(0, "kg/m^3"));
+  table.Vector("flow", medium.flow, Finite("m/s"));
+  table.Number("cross_drag", medium.cross_drag, AtLeast(0));
+  table.Number("along_drag", medium.along_drag, AtLeast(0));
+  table.Number("added_mass", medium.added_mass, AtLeast(0));
+  for (const char* key : {"density", "flow", "cross_drag", "along_drag", "added_mass"}) {
+    if (kind == "vacuum" && table.Has(key)) table.Reject(key, "kind = air or water beside it");
+  }
 }
 
 void ReadContact(TomlTable& table, Contact& contact) {
@@ -85,10 +118,11 @@ std::string NameOf(SimulationLevel level) {
   return "standard";
 }
 
-Result<Scene> ReadScene(const fs::path& file) {
+Result<Scene> ReadScene(const fs::path& file, const std::vector<std::string>& settings) {
   Result<TomlDocument> parsed = TomlDocument::Read(file);
   if (!parsed.ok()) return parsed.error();
   TomlDocument& document = parsed.value();
+  if (Status set = document.Set(settings); !set.ok()) return std::move(set).error();
   TomlTable& root = document.Root();
   Scene scene;
   scene.name = file.stem().string();
@@ -97,20 +131,20 @@ Result<Scene> ReadScene(const fs::path& file) {
   std::int64_t seed = 1;
   root.Integer("seed", seed, AtLeast(0));
   scene.seed = static_cast<std::uint64_t>(seed);
-  std::string level = "standard", medium_kind = "vacuum";
+  std::string level = "standard";
   root.Choice("level", level, {"paper", "standard", "fast", "static"});
   scene.level = LevelNamed(level);
   root.Number("time_step", scene.time_step, Above(0, "s"));
 
   TomlTable medium = document.Table("medium");
-  medium.Choice("kind", medium_kind, {"vacuum"});
-  medium.Vector("gravity", scene.gravity, Finite("m/s^2"));
+  ReadMedium(medium, scene);
 
   TomlTable gripper = document.Table("gripper");
   Status designed = Ok{};
   if (gripper.exists()) designed = ReadGripper(gripper, file, scene.gripper.emplace());
   scene.objects = ReadObjects(document, scene.gravity);
   scene.rods = ReadRods(document);
+  ReadPhases(document, scene);
   TomlTable contact = document.Table("contact");
   ReadContact(contact, scene.contact);
   if (const std::optional<SceneConflict> conflict = ConflictIn(scene)) {

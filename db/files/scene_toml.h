@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "model/result.h"
 #include "model/scene/scene.h"
@@ -10,8 +11,9 @@
 namespace tendril {
 
 // A design named in [gripper] is looked for beside the scene, then in the folder above it.
+//   settings  values that stand in for the file's, as "object.0.position.2=-0.15" (db/files/toml_edit.h)
 //   errors  kNotFound no such file; kBadInput  file:line: field = value: what was expected
-Result<Scene> ReadScene(const std::filesystem::path& file);
+Result<Scene> ReadScene(const std::filesystem::path& file, const std::vector<std::string>& settings = {});
 
 // As scene files and --level name them; any other name is the standard level.
 SimulationLevel LevelNamed(const std::string& name);

@@ -11,6 +11,7 @@
 
 #include "db/files/nearest_name.h"
 #include "db/files/safe_file.h"
+#include "db/files/toml_set.h"
 #include "db/files/toml_write.h"
 #include "model/check.h"
 
@@ -45,6 +46,16 @@ struct TomlTable::Node {
   void Add(std::uint32_t at, const std::string& text, bool unknown_key = false) {
     document->problems.push_back(
         {unknown_key, at, fmt::format("{}:{}: {}", document->name, std::max(at, 1U), text)});
+  }
+
+  // About a value or key; one that was set from outside has no line.
+  void Add(const toml::source_region& at, const std::string& text, bool unknown_key = false) {
+    if (at.path == nullptr || *at.path == document->name) {
+      Add(at.begin.line, text, unknown_key);
+    } else {
+      document->problems.push_back(
+          {unknown_key, 0, fmt::format("{}: {}: {}", document->name, *at.path, text)});
+    }
   }
 };
 
@@ -117,8 +128,7 @@ const void* TomlTable::Ask(const std::string& key) {
 // Reports a value that is not what the key takes; always false.
 bool TomlTable::Refuse(const void* value, const std::string& key, const std::string& expected) {
   const toml::node& node = *static_cast<const toml::node*>(value);
-  node_->Add(node.source().begin.line,
-             fmt::format("{} = {}: expected {}", node_->Field(key), Shown(node), expected));
+  node_->Add(node.source(), fmt::format("{} = {}: expected {}", node_->Field(key), Shown(node), expected));
   return false;
 }
 
@@ -295,6 +305,15 @@ Result<TomlDocument> TomlDocument::Read(const std::filesystem::path& file) {
   return Parse(text.value(), file.string());
 }
 
+Status TomlDocument::Set(const std::vector<std::string>& settings) {
+  for (const std::string& setting : settings) {
+    if (Status set = SetInToml(state_->root, setting); !set.ok()) {
+      return std::move(set).error().Within(state_->name);
+    }
+  }
+  return Ok{};
+}
+
 TomlTable& TomlDocument::Root() { return root_; }
 
 Status TomlDocument::Finish() {
@@ -307,7 +326,8 @@ Status TomlDocument::Finish() {
       const std::optional<std::string> near = NearestName(name, known);
       const std::string help = near ? "did you mean " + node->Field(*near) + "?"
                                     : fmt::format("known here: {}", fmt::join(known, ", "));
-      node->Add(key.source().begin.line, fmt::format("{}: unknown key; {}", node->Field(name), help), true);
+      node->Add(value.source().path == nullptr ? key.source() : value.source(),
+                fmt::format("{}: unknown key; {}", node->Field(name), help), true);
     }
   }
   auto& problems = state_->problems;

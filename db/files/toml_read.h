@@ -85,6 +85,10 @@ class TomlDocument {
   static Result<TomlDocument> Parse(const std::string& text, const std::string& name_in_messages);
   static Result<TomlDocument> Read(const std::filesystem::path& file);
 
+  // Sets values before they are asked for (db/files/toml_edit.h); messages about such a value name the
+  // setting instead of a line.
+  Status Set(const std::vector<std::string>& settings);
+
   TomlTable& Root();
   TomlTable Table(const std::string& key) { return Root().Table(key); }
   std::vector<TomlTable> Tables(const std::string& key) { return Root().Tables(key); }

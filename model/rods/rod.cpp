@@ -33,6 +33,11 @@ Status CheckDesign(const RodDesign& design) {
   if (!design.start_curvature.allFinite()) {
     return wrong("start_curvature", "not finite", "three finite numbers, 1/m");
   }
+  const Eigen::Index curvatures = design.start_curvatures.cols();
+  if ((curvatures != 0 && curvatures != design.elements) || !design.start_curvatures.allFinite()) {
+    return wrong("start_curvatures", std::to_string(curvatures) + " columns",
+                 "none, or a finite one for each element");
+  }
   if (!design.start.allFinite()) return wrong("start", "not finite", "three finite numbers");
   const double along = design.direction.norm();
   if (!(along > 0) || !std::isfinite(along)) {
@@ -43,6 +48,19 @@ Status CheckDesign(const RodDesign& design) {
     return wrong("normal", "along the direction", "a vector that is not parallel to it");
   }
   return Ok{};
+}
+
+// Turns directors and lays nodes by a curvature that differs along the rod; the tip's half element is
+// straight.
+void Curve(const Eigen::Matrix3Xd& curvatures, Rod& rod) {
+  Eigen::Matrix3d at = rod.base.frame;
+  for (Eigen::Index i = 0; i < rod.elements(); ++i) {
+    const double length = i == 0 ? 0.5 * rod.rest_length[0] : RestVoronoi(rod, i - 1);
+    at = ExpSo3(-length * curvatures.col(i)) * at;
+    rod.directors[static_cast<std::size_t>(i)] = at;
+    rod.position.col(i + 1) = rod.position.col(i) + rod.rest_length[i] * at.row(2).transpose();
+  }
+  rod.tip.frame = at;
 }
 
 }  // namespace
@@ -109,6 +127,7 @@ Result<Rod> MakeRod(const RodDesign& design) {
     }
   }
   rod.tip.frame = straight ? q : Eigen::Matrix3d(ExpSo3(-design.length * design.start_curvature) * q);
+  if (design.start_curvatures.cols() > 0) Curve(design.start_curvatures, rod);
   rod.velocity.setZero(3, n + 1);
   rod.spin.setZero(3, n);
   return rod;

@@ -40,6 +40,8 @@ struct RodDesign {
   EndHold base = EndHold::kElement;
   EndHold tip = EndHold::kFree;
   Eigen::Vector3d start_curvature = Eigen::Vector3d::Zero();  // of the shape at the start, 1/m
+  // Instead, where it differs along the rod: of the half element at the base, then at the inner nodes, 1/m.
+  Eigen::Matrix3Xd start_curvatures = {};  // (3, elements); empty: start_curvature everywhere
 };
 
 // An end of a rod: node 0 or node N, whose position the state holds.
@@ -73,7 +75,7 @@ struct Rod {
   Eigen::Index elements() const { return rest_length.size(); }
 };
 
-// A rod at rest of uniform curvature, whose strains and rest curvatures are all 0.
+// A rod at rest, curved as its design says, whose strains and rest curvatures are all 0.
 //   errors  kBadInput  a value out of its range, or a normal along the direction (names it)
 Result<Rod> MakeRod(const RodDesign& design);
 

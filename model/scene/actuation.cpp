@@ -4,6 +4,7 @@
 
 #include "model/fold/facet_chain.h"
 #include "model/fold/fold.h"
+#include "model/scene/stow.h"
 
 namespace tendril {
 namespace {
@@ -26,20 +27,39 @@ double UniformDraw(std::uint64_t seed, std::uint64_t trial, std::uint64_t tentac
   return static_cast<double>(hash >> 11) * 0x1p-53;
 }
 
+RodDesign TentacleRod(const SceneGripper& gripper) {
+  RodDesign rod = gripper.rod;
+  rod.length = gripper.design.length;
+  rod.taper = gripper.design.taper;
+  return rod;
+}
+
 Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, bool bends_at_base,
-                                                  std::uint64_t seed, std::uint64_t trial, int tentacle) {
+                                                  std::uint64_t seed, std::uint64_t trial, int tentacle,
+                                                  const std::vector<Phase>& phases) {
   const auto draw = [&](std::uint64_t which) {
     return UniformDraw(seed, trial, static_cast<std::uint64_t>(tentacle), which);
   };
-  TentacleActuation actuation;
-  actuation.pull_ = gripper.pull;
-  actuation.delay_ = gripper.delay_low + (gripper.delay_high - gripper.delay_low) * draw(0);
-  actuation.rate_ = gripper.pull_rate + gripper.rate_perturbation * (2 * draw(1) - 1);
+  const double delay = gripper.delay_low + (gripper.delay_high - gripper.delay_low) * draw(0);
+  const double rate = gripper.pull_rate + gripper.rate_perturbation * (2 * draw(1) - 1);
+  const double earliest = gripper.stowed ? gripper.stowed->release_time + gripper.stowed->unroll_time : 0;
+  const double strongest = StrongestPull(gripper, phases);
+  TentacleActuation actuation(PullSchedule(gripper, phases, delay, rate, earliest), strongest);
+  actuation.stow_ = gripper.stowed;
+  if (gripper.stowed) {
+    // Toward the carrier's outer side, where there is room.
+    const bool inside_out = gripper.gripper.handedness == Handedness::kNormals && tentacle % 2 != 0;
+    Result<Eigen::Matrix3Xd> roll =
+        RolledCurvature(TentacleRod(gripper), *gripper.stowed, inside_out ? -1 : 1);
+    if (!roll.ok()) return std::move(roll).error();
+    if (!bends_at_base) roll.value().col(0).setZero();
+    actuation.table_.push_back(std::move(roll).value());
+  }
   const TentacleDesign design = DesignOfTentacle(gripper.gripper, gripper.design, tentacle);
   const Result<TentacleLayout> layout = LayOut(design);
   if (!layout.ok()) return layout.error();
   for (int i = 0; i <= kTable; ++i) {
-    const Result<Fold> fold = SolveFold(design, gripper.pull * i / kTable);
+    const Result<Fold> fold = SolveFold(design, strongest * i / kTable);
     if (!fold.ok()) return fold.error();
     const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
     const TendonCurve curve = TendonCurveOf(layout.value(), chain, fold.value().angle);
@@ -50,22 +70,24 @@ Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, b
     entry.col(0) = rest.base;
     entry.rightCols(gripper.rod.elements - 1) = rest.curvature;
   }
+  actuation.strongest_.setZero(gripper.rod.elements);
+  for (const Eigen::Matrix3Xd& entry : actuation.table_) {
+    actuation.strongest_ = actuation.strongest_.cwiseMax(entry.colwise().norm().transpose());
+  }
   return actuation;
 }
 
-double TentacleActuation::PullAt(double time) const {
-  return std::clamp(rate_ * (time - delay_), 0.0, pull_);
-}
-
-double TentacleActuation::PullRateAt(double time) const {
-  const double pulled = rate_ * (time - delay_);
-  return pulled > 0 && pulled < pull_ ? rate_ : 0;
-}
-
 TentacleActuation::Place TentacleActuation::PlaceOf(double pull) const {
-  const double place = pull_ > 0 ? pull / pull_ * kTable : 0;
-  const auto entry = std::min(static_cast<std::size_t>(place), table_.size() - 2);
-  return {entry, place - static_cast<double>(entry)};
+  const std::size_t first = stow_ ? 1 : 0;  // of pull 0
+  const double place = strongest_pull_ > 0 ? pull / strongest_pull_ * kTable : 0;
+  const auto entry = std::min(static_cast<std::size_t>(place), table_.size() - first - 2);
+  return {entry + first, place - static_cast<double>(entry)};
+}
+
+TentacleActuation::Place TentacleActuation::PlaceAt(double time) const {
+  const double rolled = stow_ ? RolledShare(*stow_, time) : 0;
+  if (rolled > 0) return {0, 1 - rolled};  // nothing is pulled before it is unrolled
+  return PlaceOf(PullAt(time));
 }
 
 }  // namespace tendril

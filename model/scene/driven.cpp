@@ -30,24 +30,31 @@ void MoveEnd(const EndMotion& motion, double time, Vector3d& position, Vector3d&
   frame = frame * ExpSo3(-moved * motion.spin);
 }
 
+// A held end goes where the carrier takes it.
+void Carry(const CarrierMotion& carrier, Vector3d& position, Vector3d& velocity, Eigen::Matrix3d& frame) {
+  const Vector3d from_centre = carrier.turned * position;
+  velocity = carrier.velocity + carrier.spin.cross(from_centre) + carrier.turned * velocity;
+  position = carrier.offset + from_centre;
+  frame = frame * carrier.turned.transpose();
+}
+
 Result<Driven> MakeTentacle(const Scene& scene, std::uint64_t trial, int i) {
   const SceneGripper& g = *scene.gripper;
   const Result<TentacleLayout> layout = LayOut(DesignOfTentacle(g.gripper, g.design, i));
   if (!layout.ok()) return layout.error();
   const Eigen::Isometry3d pose = LabFromTentacle(g.gripper, i);
-  RodDesign design = g.rod;
-  design.length = g.design.length;
-  design.taper = g.design.taper;
+  RodDesign design = TentacleRod(g);
   design.start = pose * Vector3d(0, 0, layout.value().base_z);
   design.direction = pose.linear().col(2);
   design.normal = pose.linear().col(0);
   design.base = FormOf(scene.level) == RodForm::kPaper ? EndHold::kElement : EndHold::kFrame;
   design.tip = EndHold::kFree;
+  Result<TentacleActuation> actuation =
+      TentacleActuation::Make(g, design.base == EndHold::kFrame, scene.seed, trial, i, scene.phases);
+  if (!actuation.ok()) return actuation.error();
+  if (const Matrix3Xd* roll = actuation.value().roll()) design.start_curvatures = *roll;
   Result<Rod> rod = MakeRod(design);
   if (!rod.ok()) return rod.error();
-  Result<TentacleActuation> actuation =
-      TentacleActuation::Make(g, design.base == EndHold::kFrame, scene.seed, trial, i);
-  if (!actuation.ok()) return actuation.error();
   const double azimuth = g.gripper.first_azimuth + 2 * std::numbers::pi * i / g.gripper.tentacles;
   Driven driven;
   driven.name = "tentacle" + std::to_string(i);
@@ -115,7 +122,11 @@ Result<std::vector<Driven>> MakeRods(const Scene& scene, std::uint64_t trial) {
     if (!driven.ok()) return std::move(driven).error().Within("rod " + plain.name);
     all.push_back(std::move(driven).value());
   }
+  std::shared_ptr<const Schedule> carrier;
+  if (!scene.phases.empty()) carrier = std::make_shared<const Schedule>(scene.phases);
+  if (carrier && !carrier->moves()) carrier.reset();
   for (Driven& driven : all) {
+    driven.carrier = carrier;
     const Rod& rod = driven.rod;
     driven.base_start = rod.position.col(0);
     driven.tip_start = rod.position.rightCols<1>();
@@ -148,15 +159,38 @@ DriveState DriveAt(const Scene& scene, const Driven& driven, const CarrierGrowth
   state.tip_velocity.setZero();
   state.tip_frame = driven.tip_frame;
   if (driven.actuation) {
-    const double pull = driven.actuation->PullAt(time);
-    state.place = driven.actuation->PlaceOf(pull);
-    if (scene.gripper->shortening == Shortening::kTrue) state.axial_rest_strain = -pull;
+    state.place = driven.actuation->PlaceAt(time);
+    if (scene.gripper->shortening == Shortening::kTrue) {
+      state.axial_rest_strain = -driven.actuation->PullAt(time);
+    }
   } else {
     state.place.share = RampShare(*driven.plain, time);
     MoveEnd(driven.plain->base_motion, time, state.base_position, state.base_velocity, state.base_frame);
     MoveEnd(driven.plain->tip_motion, time, state.tip_position, state.tip_velocity, state.tip_frame);
   }
+  if (driven.carrier) {
+    const CarrierMotion carrier = driven.carrier->At(time);
+    Carry(carrier, state.base_position, state.base_velocity, state.base_frame);
+    Carry(carrier, state.tip_position, state.tip_velocity, state.tip_frame);
+  }
   return state;
+}
+
+std::optional<Ejection> EjectionOf(const Scene& scene, const Driven& driven) {
+  if (!driven.actuation || driven.actuation->roll() == nullptr) return std::nullopt;
+  const Stow& stow = *scene.gripper->stowed;
+  if (!(stow.eject_speed > 0)) return std::nullopt;
+  Vector3d away = driven.base_frame.row(2).transpose();
+  if (driven.carrier) away = driven.carrier->At(stow.release_time).turned * away;
+  const Rod& rod = driven.rod;
+  const Matrix3Xd& roll = *driven.actuation->roll();
+  Ejection ejection{stow.release_time, Matrix3Xd::Zero(3, rod.elements() + 1)};
+  double turned = 0;  // from the base to the node, rad
+  for (Index i = 1; i <= rod.elements(); ++i) {
+    turned += roll.col(i - 1).norm() * rod.rest_length[i - 1] * (i == 1 ? 0.5 : 1);
+    ejection.velocity.col(i) = std::min(1.0, turned / std::numbers::pi) * stow.eject_speed * away;
+  }
+  return ejection;
 }
 
 void ApplyDrive(const DriveState& state, const Driven& driven, Rod& rod) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "model/rods/rod_plain.h"
 #include "model/scene/actuation.h"
 #include "model/scene/scene.h"
+#include "model/scene/schedule.h"
 
 namespace tendril {
 
@@ -28,6 +30,7 @@ struct Driven {
   Eigen::Vector3d outward = Eigen::Vector3d::Zero();
   const SceneRod* plain = nullptr;
   std::optional<TentacleActuation> actuation;
+  std::shared_ptr<const Schedule> carrier;  // shared by all rods; null where it stands still
 };
 
 RodForm FormOf(SimulationLevel level);
@@ -52,6 +55,14 @@ struct DriveState {
 };
 //   growth  of the carrier at that time
 DriveState DriveAt(const Scene& scene, const Driven& driven, const CarrierGrowth& growth, double time);
+
+// What the springs under a rolled-up tentacle give its nodes, once: a push at the release, along the way in
+// which the tentacle leaves the carrier. Over the first half turn from the base it grows from 0.
+struct Ejection {
+  double time = 0;            // s
+  Eigen::Matrix3Xd velocity;  // to be added, m/s                                          (3, N+1)
+};
+std::optional<Ejection> EjectionOf(const Scene& scene, const Driven& driven);
 
 // Puts it into the rod: positions, velocities and frames of held ends, rest curvature and strain.
 void ApplyDrive(const DriveState& state, const Driven& driven, Rod& rod);

@@ -16,6 +16,7 @@
 #include "model/objects/rigid_body.h"
 #include "model/objects/shape.h"
 #include "model/rods/contact.h"
+#include "model/rods/medium.h"
 #include "model/rods/rod.h"
 #include "model/scene/push.h"
 
@@ -47,11 +48,22 @@ struct SceneRod {
   Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();       // N
   Eigen::Vector3d tip_couple = Eigen::Vector3d::Zero();      // N m, in the last element's axes
   EndMotion base_motion, tip_motion;                         // of ends that are held
+  Wetted wetted;
 };
 
 enum class Shortening {
   kCarrier,  // rods keep their length, the carrier's radius grows as 1 / (1 - mean pull), as in the paper
   kTrue,     // rest lengths follow the pull
+};
+
+// Tentacles that start rolled up, each from its tip in a plane spiral on the carrier's outer side.
+struct Stow {
+  double inner_radius = 0;   // of the innermost turn's axis, m; 0: by the turns
+  double turns = 0;          // 0: by the inner radius
+  double gap = 0.001;        // between neighbouring layers, m
+  double release_time = 0;   // until then the rest curvature holds the roll, s
+  double unroll_time = 0.5;  // in which the rest curvature then goes to none; pulling waits for it, s
+  double eject_speed = 0;    // that the release gives the roll, away from the carrier, m/s
 };
 
 struct SceneGripper {
@@ -66,6 +78,8 @@ struct SceneGripper {
   Shortening shortening = Shortening::kCarrier;
   RodDesign rod;       // base_radius, moduli, density and elements count; the rest follows from the design
   double damping = 0;  // 1/s
+  Wetted wetted;
+  std::optional<Stow> stowed;
 };
 
 enum class ObjectMotion { kFixed, kFree, kHanging };
@@ -85,7 +99,24 @@ struct SceneObject {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // of the centre of mass at the start, lab, m/s
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // at the start, lab, rad/s
   BodyString string;                                   // where it hangs
-  std::optional<double> drag;                          // coefficient, by the area that it shows to the flow
+  double drag_scale = 1;  // its drag in a medium over that of its shape (model/objects/object_drag.h)
+};
+
+// What is done for a time (model/scene/schedule.h).
+struct Phase {
+  std::string name;
+  double duration = 1;  // s
+  // Where every tentacle is pulled to from the phase's start on; else to where it was on the way before.
+  std::optional<double> pull;
+  double pull_rate = 0;  // 1/s; 0: the gripper's
+  // Of the carrier and of plain rods' held ends, as one: a way and a turn about the carrier's centre, both
+  // smooth.
+  Eigen::Vector3d move = Eigen::Vector3d::Zero();        // m, lab
+  double turn = 0;                                       // rad
+  Eigen::Vector3d turn_axis = Eigen::Vector3d::UnitZ();  // lab; any length
+  // Back and forth, faded in and out.
+  Eigen::Vector3d shake_amplitude = Eigen::Vector3d::Zero();  // m
+  double shake_frequency = 0;                                 // Hz
 };
 
 struct Scene {
@@ -100,6 +131,10 @@ struct Scene {
   std::vector<Push> pushes;
   Contact contact;
   std::vector<SceneRod> rods;
+  Medium medium;
+  // One after the other, `duration` in all; none: the gripper pulls as it says. AddPhase keeps the two
+  // together.
+  std::vector<Phase> phases;
 };
 
 }  // namespace tendril

@@ -13,6 +13,8 @@ std::optional<SceneConflict> ConflictIn(const Scene& scene) {
   const char* const levels = "paper, standard or fast, where ";
   if (scene.level == SimulationLevel::kStatic) {
     if (moves) return SceneConflict{"", "level", std::string(levels) + "an object moves"};
+    if (scene.medium.density > 0)
+      return SceneConflict{"", "level", std::string(levels) + "there is a medium"};
   }
   const char* const laws = "hertz_segments, where ";
   if (scene.contact.law != ContactLaw::kHertzSegments) {

@@ -15,7 +15,7 @@ struct SceneConflict {
   std::string expected;  // what would do, and why
 };
 
-// The first one, if there is any. Level static has neither contact nor motion; the published contact laws
+// The first one, if there is any. Level static has neither motion nor a medium; the published contact laws
 // know neither friction nor objects other than fixed ones with round ends.
 std::optional<SceneConflict> ConflictIn(const Scene& scene);
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "db/files/toml_edit.h"
+#include "model/rods/medium.h"
 #include "tests/support/program.h"
 
 namespace tendril {
@@ -20,11 +22,11 @@ using testing::HasSubstr;
 using testing_support::TemporaryFolder;
 using testing_support::WriteText;
 
-Result<Scene> SceneOf(const std::string& toml) {
+Result<Scene> SceneOf(const std::string& toml, const std::vector<std::string>& settings = {}) {
   const TemporaryFolder folder;
   WriteText(folder / "scene.toml", toml);
   WriteText(folder / "design.toml", "");
-  return ReadScene(folder / "scene.toml");
+  return ReadScene(folder / "scene.toml", settings);
 }
 
 std::string MessageFor(const std::string& toml) {
@@ -80,11 +82,12 @@ TEST(SceneToml, ACylindersShapeHasFlatEndsAndLiesAlongItsAxis) {
 TEST(SceneToml, AMovingObjectHasTheInertiaOfItsShape) {
   const SceneObject box = ObjectOf(
       "kind = 'box'\nname = 'brick'\nsize = [0.1, 0.2, 0.3]\nrotation_deg = [0, 0, 90]\nmotion = 'free'\n"
-      "mass = 2\nfriction = 0.4\nvelocity = [1, 2, 3]\nspin = [4, 5, 6]\ndrag = 1.1\nposition = [1, 2, 3]");
+      "mass = 2\nfriction = 0.4\nvelocity = [1, 2, 3]\nspin = [4, 5, 6]\ndrag_scale = 1.1\nposition = [1, 2, "
+      "3]");
   EXPECT_EQ(box.name, "brick");
   EXPECT_EQ(box.motion, ObjectMotion::kFree);
   EXPECT_EQ(box.friction, 0.4);
-  EXPECT_EQ(box.drag, 1.1);
+  EXPECT_EQ(box.drag_scale, 1.1);
   EXPECT_EQ(box.velocity, Vector3d(1, 2, 3));
   EXPECT_EQ(box.spin, Vector3d(4, 5, 6));
   EXPECT_EQ(box.pose.translation(), Vector3d(1, 2, 3));
@@ -167,8 +170,133 @@ TEST(SceneToml, FrictionReachesTheContact) {
   EXPECT_EQ(scene.value().contact.tangential_ratio, 0.8);
 }
 
+TEST(SceneToml, PhasesFollowEachOtherAndMakeTheDuration) {
+  const Result<Scene> scene = SceneOf(R"(
+cycles = 2
+[gripper]
+design = "design.toml"
+[[phase]]
+name = "grasp"
+duration = 3
+pull = 0.25
+pull_rate = 0.1
+[[phase]]
+duration = 1.5
+move = [0, 0, 0.15]
+turn_deg = 90
+turn_axis = [1, 0, 0]
+shake = { amplitude = [0.01, 0, 0], frequency = 2 }
+)");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const std::vector<Phase>& phases = scene.value().phases;
+  ASSERT_EQ(phases.size(), 4U);
+  EXPECT_EQ(scene.value().duration, 9);
+  EXPECT_EQ(phases[0].name, "grasp");
+  EXPECT_EQ(phases[1].name, "phase1");
+  EXPECT_EQ(phases[2].pull, 0.25);
+  EXPECT_EQ(phases[2].pull_rate, 0.1);
+  EXPECT_FALSE(phases[3].pull.has_value());
+  EXPECT_EQ(phases[3].move, Vector3d(0, 0, 0.15));
+  EXPECT_EQ(phases[3].turn, std::numbers::pi / 2);
+  EXPECT_EQ(phases[3].turn_axis, Vector3d::UnitX());
+  EXPECT_EQ(phases[3].shake_amplitude, Vector3d(0.01, 0, 0));
+  EXPECT_EQ(phases[3].shake_frequency, 2);
+}
+
+TEST(SceneToml, TheMediumIsThatOfItsKindUnlessTold) {
+  const Result<Scene> vacuum = SceneOf("");
+  EXPECT_EQ(vacuum.value().medium.density, 0);
+  const Result<Scene> water = SceneOf(R"(
+[medium]
+kind = "water"
+flow = [0, 0.1, 0]
+cross_drag = 1.2
+[gripper]
+design = "design.toml"
+[gripper.rod]
+base_radius = 0.008
+drag_diameter = 0.02
+displaced = 0.5
+[[rod]]
+displaced = 0
+)");
+  ASSERT_TRUE(water.ok()) << water.error().message;
+  const Scene& scene = water.value();
+  EXPECT_EQ(scene.medium.density, Water().density);
+  EXPECT_EQ(scene.medium.flow, Vector3d(0, 0.1, 0));
+  EXPECT_EQ(scene.medium.cross_drag, 1.2);
+  EXPECT_EQ(scene.medium.along_drag, Water().along_drag);
+  EXPECT_DOUBLE_EQ(scene.gripper->wetted.drag_diameter_scale, 1.25);
+  EXPECT_EQ(scene.gripper->wetted.displaced, 0.5);
+  EXPECT_EQ(scene.rods[0].wetted.displaced, 0);
+  EXPECT_EQ(scene.rods[0].wetted.drag_diameter_scale, 1);
+}
+
+TEST(SceneToml, AGripperMayStartStowed) {
+  const Result<Scene> scene = SceneOf(
+      "[gripper]\ndesign = 'design.toml'\nstowed = { inner_radius = 0.03, gap = 0.002, release_time = 1, "
+      "unroll_time = 0.6, eject_speed = 1.5 }");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const Stow& stow = scene.value().gripper->stowed.value();
+  EXPECT_EQ(stow.inner_radius, 0.03);
+  EXPECT_EQ(stow.gap, 0.002);
+  EXPECT_EQ(stow.release_time, 1);
+  EXPECT_EQ(stow.unroll_time, 0.6);
+  EXPECT_EQ(stow.eject_speed, 1.5);
+}
+
+TEST(SceneToml, SettingsStandInForTheFilesValues) {
+  const std::string toml =
+      "[gripper]\ndesign = 'design.toml'\n[[object]]\nkind = 'sphere'\nradius = 1\nposition = [0, 0, -9]";
+  const Result<Scene> scene =
+      SceneOf(toml, {"object.0.position.2=-0.15", "gripper.tentacles=4", "object.0.radius=0.2", "level=fast",
+                     "medium.kind=\"air\"", "gripper.delay=[0, 1]", "name=a = b"});
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene.value().objects[0].body.start, Vector3d(0, 0, -0.15));
+  EXPECT_EQ(scene.value().objects[0].body.radius, 0.2);
+  EXPECT_EQ(scene.value().gripper->gripper.tentacles, 4);
+  EXPECT_EQ(scene.value().gripper->delay_high, 1);
+  EXPECT_EQ(scene.value().level, SimulationLevel::kFast);
+  EXPECT_EQ(scene.value().medium.density, Air().density);
+  EXPECT_EQ(scene.value().name, "a = b");
+}
+
+TEST(SceneToml, ASettingThatCannotBeIsNamed) {
+  const std::string toml = "[[object]]\nkind = 'sphere'\nradius = 1";
+  const struct {
+    std::string setting, expected;
+  } slips[] = {
+      {"object.0.radius", "expected key=value"},
+      {"object..radius=1", "with a dot between two"},
+      {"object.1.radius=1", "'1': expected a place in the list, 0 to 0"},
+      {"object.first.radius=1", "'first': expected a place in the list"},
+      {"object.0.radius.2=1", "'2' in what is neither a table nor a list"},
+      {"object.0.radius=-1", "object[0].radius = -1: expected a number > 0 m"},
+      {"object.0.radios=1", "object[0].radios: unknown key; did you mean object[0].radius?"},
+      {"contakt.friction=1", "contakt: unknown key; did you mean contact?"},
+      {"object.0.radius=big", "object[0].radius = 'big': expected a number > 0 m"},
+  };
+  for (const auto& [setting, expected] : slips) {
+    const Result<Scene> scene = SceneOf(toml, {setting});
+    ASSERT_FALSE(scene.ok()) << setting;
+    EXPECT_THAT(scene.error().message, AllOf(HasSubstr("--set " + setting), HasSubstr(expected)));
+  }
+}
+
+TEST(EditedToml, ReadsBackAsTheFileWithItsSettings) {
+  const std::string text = "a = 1 # one\nlist = [1.5, 2]\n[[t]]\nx = 'y'\n";
+  EXPECT_EQ(EditedToml(text, "f", {}).value(), text);
+  const std::string edited = EditedToml(text, "f", {"list.1=0.25", "t.0.z=true", "new.key=\"k\""}).value();
+  EXPECT_EQ(EditedToml(edited, "f", {"a=1"}).value(), edited);
+  for (const char* part : {"a = 1", "list = [ 1.5, 0.25 ]", "z = true", "x = 'y'", "key = 'k'"}) {
+    EXPECT_THAT(edited, HasSubstr(part));
+  }
+  EXPECT_THAT(EditedToml("a = ", "f", {"a=1"}).error().message, HasSubstr("f:1: not TOML"));
+}
+
 TEST(SceneToml, EachSlipIsOneLineThatSaysWhatWasExpected) {
   const std::string ball = "[[object]]\nkind = 'sphere'\nradius = 0.1\n";
+  const std::string grip = "[gripper]\ndesign = 'design.toml'\n";
   const struct {
     std::string toml, field, expected;
   } slips[] = {
@@ -204,6 +332,28 @@ TEST(SceneToml, EachSlipIsOneLineThatSaysWhatWasExpected) {
        "hertz_segments, where an object moves"},
       {"level = 'static'\n" + ball + "motion = 'free'\nmass = 1", "level = 'static'",
        "paper, standard or fast, where an object moves"},
+      {"level = 'static'\n[medium]\nkind = 'water'", "level = 'static'", "where there is a medium"},
+      {"[medium]\ndensity = 1", "medium.density = 1", "kind = air or water beside it"},
+      {"[medium]\nkind = 'oil'", "medium.kind = 'oil'", "one of vacuum, air, water"},
+      {"cycles = 2", "cycles = 2", "[[phase]] tables"},
+      {"cycles = 1000000\n[[phase]]\nduration = 1", "cycles = 1000000", "100000 phases in all, or fewer"},
+      {"duration = 3\n[[phase]]\nduration = 1\n[[phase]]\nduration = 1.5", "duration = 3",
+       "2.5 s, the sum of the phases"},
+      {"[[phase]]\npull = 0.3\nduration = 1", "phase[0].pull = 0.3", "a [gripper] that pulls"},
+      {grip + "[[phase]]\nduration = 1\npull = 1", "phase[0].pull = 1", "a number below 1"},
+      {grip + "[[phase]]\nduration = 1\npull = 1.5", "phase[0].pull = 1.5", "<= 1"},
+      {grip + "[[phase]]\nduration = 1\npull_rate = 1", "phase[0].pull_rate = 1", "a pull beside it"},
+      {grip + "[[phase]]\nmove = [0, 0, 1]", "phase[0].duration", "missing"},
+      {grip + "[[phase]]\nduration = 1\nmoves = [0, 0, 1]", "phase[0].moves", "did you mean phase[0].move?"},
+      {grip + "[[phase]]\nduration = 1\nturn_axis = [0, 0, 0]", "phase[0].turn_axis", "not all zeros"},
+      {grip + "[[phase]]\nduration = 1\nshake = { amplitude = [1, 0, 0] }", "phase[0].shake.frequency",
+       "missing"},
+      {"[[phase]]\nduration = 1\nmove = [0, 0, 1]\n[[rod]]\nclamp = 'none'", "phase[0].move",
+       "a [[rod]] that is held"},
+      {grip + "stowed = { gap = 0.001 }", "gripper.stowed.turns", "turns or an inner_radius"},
+      {grip + "stowed = { turns = 2, inner_radius = 0.1 }", "gripper.stowed.turns", "not both"},
+      {grip + "stowed = { turns = 0 }", "gripper.stowed.turns = 0", "a number > 0"},
+      {"[[rod]]\ndrag_diameter = -1", "rod[0].drag_diameter = -1", ">= 0 m"},
   };
   for (const auto& [toml, field, expected] : slips) {
     EXPECT_THAT(MessageFor(toml), AllOf(HasSubstr("scene.toml:"), HasSubstr(field), HasSubstr(expected)))
