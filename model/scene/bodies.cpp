@@ -46,16 +46,39 @@ Bodies::Bodies(const Scene& scene, double time_step)
     body.lab_from_body = Eigen::Quaterniond(object.pose.linear());
     if (object.motion != ObjectMotion::kFixed) {
       moves_ = true;
-      body.mass = object.mass;
       body.inertia = object.inertia;
       body.velocity = object.velocity;
       body.angular_momentum_in_body =
           object.inertia.cwiseProduct(object.pose.linear().transpose() * object.spin);
       DriftBody(body, 0.5 * time_step);
     }
+    ObjectDrag drag;
+    double added = 0;
+    if (object.motion != ObjectMotion::kFixed && scene.medium.density > 0) {
+      drag = DragOf(object.shape).value();
+      for (DragPart& part : drag.parts) {
+        part.area *= object.drag_scale;
+        part.turning *= object.drag_scale;
+      }
+      // One figure for all directions.
+      added = AddedMass(drag, scene.medium).trace() / 3;
+    }
+    body.mass = object.mass + added;
     bodies_.push_back(body);
+    drags_.push_back(std::move(drag));
+    added_mass_.push_back(added);
   }
   Refresh();
+}
+
+// But for contact's: weight, and what the medium does.
+Wrench Bodies::LoadsOn(std::size_t b) const {
+  Wrench wrench{scene_.objects[b].mass * scene_.gravity, Vector3d::Zero()};
+  if (!(scene_.medium.density > 0)) return wrench;
+  const BodyLoad load = ForceOnBody(drags_[b], bodies_[b], scene_.medium, scene_.gravity, time_step_);
+  wrench.force += load.force;
+  wrench.torque += load.torque;
+  return wrench;
 }
 
 void Bodies::Refresh() {
@@ -75,11 +98,12 @@ void Bodies::Step(double time, std::span<const Wrench> loads) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SceneObject& object = scene_.objects[b];
     if (object.motion == ObjectMotion::kFixed) continue;
-    const Vector3d force = loads_[b].force + object.mass * scene_.gravity;
+    const Wrench own = LoadsOn(b);
+    const Vector3d force = loads_[b].force + own.force, torque = loads_[b].torque + own.torque;
     if (object.motion == ObjectMotion::kHanging) {
-      tensions_[b] = KickOnString(bodies_[b], object.string, time_step_, force, loads_[b].torque);
+      tensions_[b] = KickOnString(bodies_[b], object.string, time_step_, force, torque);
     } else {
-      KickBody(bodies_[b], time_step_, force, loads_[b].torque);
+      KickBody(bodies_[b], time_step_, force, torque);
     }
     DriftBody(bodies_[b], time_step_);
   }

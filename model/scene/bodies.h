@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "model/objects/object_drag.h"
 #include "model/objects/rigid_body.h"
 #include "model/rods/solid.h"
 #include "model/rods/solid_contact.h"
@@ -37,11 +38,14 @@ class Bodies {
 
  private:
   void Refresh();
+  Wrench LoadsOn(std::size_t b) const;
 
   const Scene& scene_;
   double time_step_;
   bool moves_ = false;
   std::vector<RigidBody> bodies_;
+  std::vector<ObjectDrag> drags_;   // in a medium
+  std::vector<double> added_mass_;  // kg
   std::vector<Solid> solids_;
   std::vector<Wrench> loads_;
   std::vector<double> tensions_;

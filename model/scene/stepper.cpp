@@ -64,6 +64,7 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
   const double mass = plan.relief.mass;
   options_.gravity = scene.gravity / mass;
   energy_budget_ = EnergyBudget(scene, rods_);
+  for (const Driven& d : rods_) ejections_.push_back(EjectionOf(scene, d));
   for (Driven& d : rods_) {
     ApplyRelief(plan.relief, d.rod);
     d.damping /= mass;
@@ -179,6 +180,7 @@ std::optional<Divergence> Stepper::StepPlainly() {
   const double step = options_.time_step;
   const double middle = (static_cast<double>(kicks_) + 0.5) * step;
   const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
+  Eject(middle);
   std::vector<RodLoads> loads(rods_.size());
   std::vector<Rod> shapes;
   for (std::size_t r = 0; r < rods_.size(); ++r) {
@@ -201,6 +203,8 @@ std::optional<Divergence> Stepper::StepPlainly() {
     Driven& d = rods_[r];
     PlainOptions options = options_;
     options.damping = d.damping;
+    options.medium = scene_.medium.density > 0 ? &scene_.medium : nullptr;
+    options.wetted = WettedOf(r);
     KickPlain(d.rod, options, loads[r].force, loads[r].couple);
     DriftPlain(d.rod, options.form, step);
     if (!std::isfinite(d.rod.position.sum() + d.rod.velocity.sum() + d.rod.spin.sum())) {
@@ -232,8 +236,41 @@ void Stepper::MakeBatches() {
     }
     batch.lanes = LaneRods<double>::Make(state, options_.form).value();
     batch.lanes->SetDamping(damping);
+    if (scene_.medium.density > 0) {
+      std::vector<Wetted> wetted;
+      for (const std::size_t r : batch.members) wetted.push_back(WettedOf(r));
+      batch.lanes->SetMedium(scene_.medium, state, wetted);
+    }
     batch.base.assign(batch.lanes->rest_curvatures().size(), 0.0);
     batch.slope = batch.base;
+  }
+}
+
+// Gravity is divided by what the plan makes the rods heavier by, so what they displace is multiplied.
+Wetted Stepper::WettedOf(std::size_t rod) const {
+  Wetted wetted = rods_[rod].plain != nullptr ? rods_[rod].plain->wetted : scene_.gripper->wetted;
+  wetted.displaced *= plan_.relief.mass;
+  return wetted;
+}
+
+// In the step in whose middle its time has come.
+void Stepper::Eject(double middle) {
+  for (std::size_t r = 0; r < rods_.size(); ++r) {
+    const std::optional<Ejection>& ejection = ejections_[r];
+    if (!ejection || ejection->time > middle || ejection->time <= middle - options_.time_step) continue;
+    if (plan_.plain) {
+      rods_[r].rod.velocity += ejection->velocity;
+      continue;
+    }
+    for (Batch& batch : batches_) {
+      for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
+        if (batch.members[lane] != r) continue;
+        const std::span<double> velocities = batch.lanes->velocities();
+        for (Index i = 0; i < ejection->velocity.size(); ++i) {
+          velocities[static_cast<std::size_t>(i) * kRodLanes + lane] += ejection->velocity.data()[i];
+        }
+      }
+    }
   }
 }
 
@@ -253,9 +290,11 @@ void Stepper::DriveEnds(Batch& batch, std::size_t lane, const Driven& d, const D
     }
     lanes.forces()[(last + k) * kRodLanes + lane] = d.tip_force[row];
   }
-  if (d.plain == nullptr) return;
-  if (d.plain->base_motion.until > 0) lanes.SetEndFrame(0, lane, d.rod.base.hold, state.base_frame);
-  if (d.plain->tip_motion.until > 0) lanes.SetEndFrame(1, lane, d.rod.tip.hold, state.tip_frame);
+  const bool carried = d.carrier != nullptr && d.carrier->turns();
+  const bool base_turns = carried || (d.plain != nullptr && d.plain->base_motion.until > 0);
+  const bool tip_turns = carried || (d.plain != nullptr && d.plain->tip_motion.until > 0);
+  if (base && base_turns) lanes.SetEndFrame(0, lane, d.rod.base.hold, state.base_frame);
+  if (tip && tip_turns) lanes.SetEndFrame(1, lane, d.rod.tip.hold, state.tip_frame);
 }
 
 // Rest curvature, held ends and loads of that moment; forces are as good as new.
@@ -347,12 +386,15 @@ std::optional<Divergence> Stepper::StepLanes() {
   const double step = options_.time_step;
   const double middle = (static_cast<double>(kicks_) + 0.5) * step;
   const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
+  Eject(middle);
   ForEachBatch([&](Batch& batch) { DriveBatch(batch, growth, middle); });
   if (contacts_) AddContact();
   ForEachBatch([&](Batch& batch) {
     if (contact_found_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
     if (contact_found_ && contacts_->Moves()) {
-      contacts_->AddLaneCouples(batch.members, batch.lanes->couples().data());
+      const std::span<double> couples = batch.lanes->couples();
+      std::fill(couples.begin(), couples.end(), 0.0);
+      contacts_->AddLaneCouples(batch.members, couples.data());
     }
     batch.lanes->Kick(options_);
     batch.lanes->Drift(step);

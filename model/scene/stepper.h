@@ -78,6 +78,8 @@ class Stepper {
   void MakeBatches();
   void DriveBatch(Batch& batch, const CarrierGrowth& growth, double time);
   void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
+  Wetted WettedOf(std::size_t rod) const;
+  void Eject(double middle);
   void AddContact();
   void AddPublished(const std::vector<Rod>& rods, std::vector<RodLoads>& loads) const;
   template <class Work>
@@ -87,6 +89,7 @@ class Stepper {
   SimulationPlan plan_;
   std::vector<Driven> rods_;
   PlainOptions options_;
+  std::vector<std::optional<Ejection>> ejections_;
   std::vector<Batch> batches_;
   std::unique_ptr<Crew> crew_;  // null: the caller alone
   std::optional<ContactList> contacts_;
