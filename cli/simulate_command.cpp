@@ -22,6 +22,7 @@
 #include "db/files/state_file.h"
 #include "db/trial_query.h"
 #include "model/rods/rod_lanes.h"
+#include "model/scene/holding.h"
 #include "model/scene/simulate.h"
 
 namespace tendril::cli {
@@ -40,6 +41,8 @@ struct SimulateCall {
   std::string lab;
   std::string label;
   std::vector<double> at;
+  std::vector<std::string> settings;
+  std::string then;  // a test of holding
   double fps = 30;
   std::uint64_t trial = 0;
   int threads = 1;
@@ -106,8 +109,50 @@ std::string RunId(const SimulateCall& call, const std::string& text, const Scene
   std::string all = fmt::format("{} {} {} ", ProgramVersion(), RodKernelWidth(), NameOf(scene.level)) + text;
   if (scene.gripper) all += DesignToml(scene.gripper->design);
   all += fmt::format("{} {}", call.trial, call.full);
+  for (const std::string& setting : call.settings) all += " " + setting;
+  all += " " + call.then;
   for (const double time : times) all += fmt::format(" {:.17g}", time);
   return Sha256(all);
+}
+
+// A test of holding that the run ends with.
+struct Holding {
+  HoldingTest test = HoldingTest::kLift;
+  HoldingOptions options;
+  HoldingTimes times;
+};
+
+HoldingTest TestNamed(const std::string& name) {
+  for (const HoldingTest test : {HoldingTest::kLift, HoldingTest::kLoad, HoldingTest::kStrike}) {
+    if (NameOf(test) == name) return test;
+  }
+  return HoldingTest::kRelease;
+}
+
+Result<HoldingResult> TellHolding(const Scene& scene, const Holding& holding, const Simulated& done,
+                                  Output& out) {
+  const Result<std::vector<Driven>> rods = MakeRods(scene, 0);
+  if (!rods.ok()) return rods.error();
+  double mass = 0;
+  for (const Driven& d : rods.value()) mass += d.rod.mass.sum();
+  Result<HoldingResult> judged =
+      JudgeHolding(scene, holding.test, holding.times, holding.options, done, mass);
+  if (!judged.ok()) return judged;
+  const HoldingResult& result = judged.value();
+  const auto number = [](double value) {
+    return std::isnan(value) ? nlohmann::json() : nlohmann::json(value);
+  };
+  out.fields()["holding"] = {{"test", NameOf(result.test)},
+                             {"held", result.held},
+                             {"rise_m", result.rise},
+                             {"shift_m", result.shift},
+                             {"payload_kg", number(result.payload)},
+                             {"payload_is_least", result.payload_is_least},
+                             {"payload_by_rods_mass", number(result.payload_ratio)},
+                             {"strikes", result.strikes},
+                             {"release_s", number(result.release_time)}};
+  out.Print("{}: {}", NameOf(result.test), result.Sentence());
+  return judged;
 }
 
 SceneFilm FilmOf(const Scene& scene, const Simulated& done, const LinkSeries& links) {
@@ -234,12 +279,19 @@ Status CheckCall(const SimulateCall& call, const Scene& scene) {
 }
 
 Status RunSimulate(const SimulateCall& call, Output& out) {
-  Result<Scene> read = ReadScene(call.scene);
+  Result<Scene> read = ReadScene(call.scene, call.settings);
   if (!read.ok()) return read.error();
   const Result<std::string> scene_text = ReadText(call.scene);
   if (!scene_text.ok()) return scene_text.error();
   Scene scene = std::move(read).value();
   if (!call.level.empty()) scene.level = LevelNamed(call.level);
+  std::optional<Holding> holding;
+  if (!call.then.empty()) {
+    holding.emplace().test = TestNamed(call.then);
+    const Result<HoldingTimes> times = AddHoldingTest(scene, holding->test, holding->options);
+    if (!times.ok()) return Error(times.error()).Within(call.scene);
+    holding->times = times.value();
+  }
   if (Status good = CheckCall(call, scene); !good.ok()) return good;
   const Result<SimulationPlan> planned = PlanScene(scene, call.full);
   if (!planned.ok()) return Error(planned.error()).Within(call.scene);
@@ -289,6 +341,12 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
             (reached - resumed_at) / wall, done.steps,
             scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
   const bool goes_on = done.stopped && checkpoint.holds();
+  if (holding && !done.diverged && !done.stopped) {
+    const Result<HoldingResult> result = TellHolding(scene, *holding, done, out);
+    if (!result.ok()) return result.error();
+  }
+  for (const std::string& doubt : done.doubts) out.Warn("the run cannot be trusted: " + doubt);
+  fields["doubts"] = done.doubts;
   if (done.curves[0].time.size() > 0 && !goes_on) {
     if (Status s = WriteAll(call, scene_text.value(), scene, plan, done, wall, out); !s.ok()) return s;
   }
@@ -325,6 +383,12 @@ Command MakeSimulateCommand() {
       .declare =
           [call](CLI::App& app) {
             app.add_option("scene", call->scene, "scene file (TOML)")->required();
+            app.add_option(
+                   "--set", call->settings,
+                   "a value of the scene file instead of its own, as gripper.tentacles=4 (may be repeated)")
+                ->allow_extra_args(false);
+            app.add_option("--then", call->then, "a test of holding on the finished grasp")
+                ->check(CLI::IsMember({"lift", "load", "strike", "release"}));
             app.add_option("--level", call->level, "instead of the scene's")
                 ->check(CLI::IsMember({"paper", "standard", "fast", "static"}));
             app.add_option("--out", call->out,

@@ -107,7 +107,7 @@ struct Phase {
   std::string name;
   double duration = 1;  // s
   // Where every tentacle is pulled to from the phase's start on; else to where it was on the way before.
-  std::optional<double> pull;
+  std::optional<double> pull{};
   double pull_rate = 0;  // 1/s; 0: the gripper's
   // Of the carrier and of plain rods' held ends, as one: a way and a turn about the carrier's centre, both
   // smooth.
