@@ -72,10 +72,18 @@ enum PressConstant {
   kOneArm,            // the one's radius as a share of the sum
   kInverseReference,  // 1 / ReferenceStiffness
   kStickStiffness,
+  kInverseStick,
   kPressConstants
 };
 // Of an element on a solid:
-enum SolidConstant { kSolidRadius, kSolidStiffness, kSolidStick, kSolidInverseReference, kSolidConstants };
+enum SolidConstant {
+  kSolidRadius,
+  kSolidStiffness,
+  kSolidStick,
+  kSolidInverseStick,
+  kSolidInverseReference,
+  kSolidConstants
+};
 // Of what sticks, likewise: its stretch, 3, and whether it slides.
 constexpr int kSpring = 4;
 

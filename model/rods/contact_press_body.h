@@ -37,13 +37,13 @@ TENDRIL_INLINE void Scatter(double* to, const int* places, unsigned bits, const 
 
 // friction.cpp, in lanes: `spring` holds the stretch and whether it slides, kSpring rows of eight.
 TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& law, Real stiffness,
-                                 Real damping, const Vector& normal, Real normal_force,
-                                 const Vector& velocity, const Vector& turning) {
+                                 Real inverse_stiffness, Real damping, const Vector& normal,
+                                 Real normal_force, const Vector& velocity, const Vector& turning) {
   const Real none = Real{}, one = All(1);
   const Vector old = {Get(spring), Get(spring + 8), Get(spring + 16)};
   const Real slid = Get(spring + 24);
   const Vector turn = Times(All(law.time_step), turning);
-  const Real keep = 1 / Sqrt(one + Dot(turn, turn));
+  const Real keep = one - 0.5 * Dot(turn, turn);
   Vector stretch = Times(keep, Plus(old, Cross(turn, old)));
   const Vector slip = PlusTimes(velocity, -Dot(normal, velocity), normal);
   stretch = PlusTimes(stretch, All(law.time_step), slip);
@@ -51,12 +51,12 @@ TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& la
   Vector force = {-stiffness * stretch.x - damping * slip.x, -stiffness * stretch.y - damping * slip.y,
                   -stiffness * stretch.z - damping * slip.z};
   const Real limit = (slid > 0 ? All(law.kinetic) : All(law.at_rest)) * normal_force;
-  const Real size = Sqrt(Dot(force, force));
-  const Mask over = size > limit;
-  const Real kept = over ? law.kinetic * normal_force / size : one;
+  const Real square = Dot(force, force);
+  const Mask over = square > limit * limit;
+  const Real kept = over ? law.kinetic * normal_force * InverseSqrt(over ? square : one) : one;
   const Real slides = over ? one : (Dot(slip, stretch) <= 0 ? none : slid);
   force = Times(kept, force);
-  const Real back = -1 / stiffness;
+  const Real back = -inverse_stiffness;
   stretch = {over ? back * force.x : stretch.x, over ? back * force.y : stretch.y,
              over ? back * force.z : stretch.z};
   Put(spring, touches ? stretch.x : none);
@@ -79,22 +79,22 @@ struct Side {
   Vector along;
   Vector start_force, end_force;
   Vector push;  // what is across the axes
-  Real at;      // sum of |push| times where on the axis
+  Real at;      // sum of where on the axis, weighed by what presses there
 };
 TENDRIL_INLINE Side SideOf(const double* nodes, const int* places) {
   Side s{};
   s.it.start = NodeOf(nodes, places);
   s.it.edge = Sub(NodeOf(nodes + 24, places), s.it.start);
   s.it.square = Dot(s.it.edge, s.it.edge);
-  s.length = Sqrt(s.it.square);
-  s.inverse_length = 1 / s.length;
+  s.inverse_length = InverseSqrt(s.it.square);
+  s.length = s.inverse_length * s.it.square;
   s.along = Times(s.inverse_length, s.it.edge);
   return s;
 }
 
 struct PressSums {
   Mask touches;
-  Real size, stiffness, least_square;
+  Real steep, stiffness, least_square;
 };
 
 // Half of the energy: points of `one` against the whole of `other` (press.cpp).
@@ -110,7 +110,7 @@ TENDRIL_INLINE void PressHalf(int points, Real radii, Real weight, Side& one, Si
     const Real behind = other.length - foot;
     // Padding's radii are NaN.
     Mask on = c2 > 0;
-    const Real c = Sqrt(on ? c2 : none), minus_c = -c;
+    const Real root = InverseSqrt(on ? c2 : All(1)), c = on ? c2 * root : none, minus_c = -c;
     const Real from = Larger(Smaller(-foot, c), minus_c), to = Larger(Smaller(behind, c), minus_c);
     on &= to > from;
     if (!Any(on)) continue;
@@ -118,7 +118,7 @@ TENDRIL_INLINE void PressHalf(int points, Real radii, Real weight, Side& one, Si
     sums.least_square =
         on & (foot >= 0) & (behind >= 0) ? Smaller(sums.least_square, square) : sums.least_square;
     const Real piece = c2 * (to - from) - (to * to * to - from * from * from) * (1. / 3);
-    const Real w = on ? weight : none, inverse_c = on ? 1 / c : none;
+    const Real w = on ? weight : none, inverse_c = on ? root : none;
     const Real steep = w * (0.5 * piece * inverse_c + c * (to - from));
     const Real at_to = w * c * (c2 - to * to), at_from = w * c * (c2 - from * from);
     const Vector push = Times(2 * steep, across);
@@ -132,10 +132,9 @@ TENDRIL_INLINE void PressHalf(int points, Real radii, Real weight, Side& one, Si
     other.end_force = Sub(other.end_force, PlusTimes(PlusTimes(turn, share, push), at_to, other.along));
     if (!kMoves) continue;
     one.push = Plus(one.push, push);
-    const Real size = 2 * steep * Sqrt(square);
-    sums.size += size;
-    one.at += size * at;
-    other.at += size * (foot + 0.5 * (from + to)) * other.inverse_length;
+    sums.steep += steep;
+    one.at += steep * at;
+    other.at += steep * (foot + 0.5 * (from + to)) * other.inverse_length;
     sums.stiffness += w * 8 * (radii * radii) * piece * (inverse_c * inverse_c * inverse_c);
   }
 }
@@ -169,9 +168,10 @@ void PressPairs(Press& job) {
     if (kMoves) {
       // Damping and friction, at the point where both surfaces meet.
       const Vector push = Sub(a.push, b.push);
-      const Real size = Sqrt(Dot(push, push));
-      const Mask moves = touches & (size > 0);
-      const Real inverse = moves ? 1 / size : none, inverse_sum = moves ? 1 / sums.size : none;
+      const Real square = Dot(push, push);
+      const Mask moves = touches & (square > 0);
+      const Real inverse = moves ? InverseSqrt(moves ? square : one) : none, size = square * inverse;
+      const Real inverse_sum = moves ? 1 / sums.steep : none;
       const Vector normal = Times(inverse, push);
       const Real s = a.at * inverse_sum, t = b.at * inverse_sum;
       const Vector apart = Sub(PlusTimes(a.it.start, s, a.it.edge), PlusTimes(b.it.start, t, b.it.edge));
@@ -186,8 +186,9 @@ void PressPairs(Press& job) {
       const Real damped = Larger(-damping * Dot(velocity, normal), -size);
       Vector force = Times(damped, normal);
       if (job.sliding.at_rest > 0) {
-        force = Plus(force, FrictionOf(spring, moves, job.sliding, constant(kStickStiffness), damping, normal,
-                                       size + damped, velocity, Times(All(0.5), Plus(a_spin, b_spin))));
+        force = Plus(force, FrictionOf(spring, moves, job.sliding, constant(kStickStiffness),
+                                       constant(kInverseStick), damping, normal, size + damped, velocity,
+                                       Times(All(0.5), Plus(a_spin, b_spin))));
         const Real drawn = DrawnSquare(spring) / (radii * radii);
         longest_stick = moves ? Larger(longest_stick, drawn) : longest_stick;
       }

@@ -41,10 +41,9 @@ void AddHalf(double factor, int points, double radii, const PressSide& one, cons
     other_start += -(1 - share) * push + turn + at_from * along;
     other_end += -share * push - turn - at_to * along;
     on_one += push;
-    const double size = push.norm();
-    sum += size;
-    one_sum += size * at;
-    other_sum += size * (foot + 0.5 * (from + to)) / length;
+    sum += steep;
+    one_sum += steep * at;
+    other_sum += steep * (foot + 0.5 * (from + to)) / length;
     press.stiffness += weight * 32. / 3 * radii * radii * 0.75 * piece / (c * c2);
   }
 }

@@ -43,6 +43,19 @@ TENDRIL_INLINE Doubles Sqrt(Doubles a) {
 #endif
 }
 
+// 1 / sqrt(a) of a > 0, to a rounding or two.
+TENDRIL_INLINE Doubles InverseSqrt(Doubles a) {
+#if TENDRIL_ROD_WIDTH == 8
+  // Fourteen bits, doubled twice.
+  Doubles r = reinterpret_cast<Doubles>(_mm512_maskz_rsqrt14_pd(0xFF, reinterpret_cast<__m512d>(a)));
+  const Doubles half = 0.5 * a;
+  r *= 1.5 - half * r * r;
+  return r * (1.5 - half * r * r);
+#else
+  return 1 / Sqrt(a);
+#endif
+}
+
 TENDRIL_INLINE Floats Sqrt(Floats a) {
 #if TENDRIL_ROD_WIDTH > 2
   return reinterpret_cast<Floats>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
