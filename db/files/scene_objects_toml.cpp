@@ -134,8 +134,8 @@ Isometry3d Balance(TomlTable& table, SceneObject& object, const Shape& given) {
   return balanced.value().given_from_object;
 }
 
-// Where a line up from the centre of mass leaves the shape, in the object; the centre itself where it meets
-// nothing above it.
+// Where a line up from the centre of mass leaves the shape, in the object; where it meets nothing above the
+// centre, on it at the height of the shape's top, as a sling would hold it.
 Vector3d TopOf(const Shape& shape, const Vector3d& up_in_object) {
   constexpr double kNear = 1e-9;
   double height = ReachOf(shape);
@@ -144,10 +144,14 @@ Vector3d TopOf(const Shape& shape, const Vector3d& up_in_object) {
     for (const Primitive& part : shape) {
       distance = std::min(distance, DistanceTo(part, height * up_in_object).distance);
     }
-    if (distance < kNear) break;
+    if (distance < kNear) return height * up_in_object;
     height -= distance;
   }
-  return std::max(0.0, height) * up_in_object;
+  height = 0;
+  for (const SurfaceSphere& sphere : SurfaceSpheres(shape)) {
+    height = std::max(height, sphere.centre.dot(up_in_object) + sphere.radius);
+  }
+  return height * up_in_object;
 }
 
 void ReadString(TomlTable& table, const Isometry3d& given_from_object, const Vector3d& gravity,

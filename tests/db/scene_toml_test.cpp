@@ -140,6 +140,14 @@ TEST(SceneToml, WhatHangsHangsByItsTopFromStraightAbove) {
   EXPECT_EQ(slack.string.length, 7);
 }
 
+TEST(SceneToml, WhatHasNothingAboveItsCentreHangsFromTheHeightOfItsTop) {
+  const SceneObject fork = ObjectOf(
+      "kind = 'union'\nmotion = 'hanging'\nmass = 1\nstring_length = 1\n"
+      "[[object.part]]\nkind = 'sphere'\nradius = 0.1\nposition = [0.5, 0, 0]\n"
+      "[[object.part]]\nkind = 'sphere'\nradius = 0.1\nposition = [-0.5, 0, 0]");
+  EXPECT_LT((fork.pose * fork.string.to_in_body - Vector3d(0, 0, 0.1)).norm(), 1e-12);
+}
+
 TEST(SceneToml, UpIsAgainstGravityForWhatHangs) {
   const Result<Scene> scene = SceneOf(
       "[medium]\ngravity = [5, 0, 0]\n[[object]]\nkind = 'cylinder'\nradius = 0.1\nlength = 2\n"

@@ -217,5 +217,34 @@ TEST(StepPlain, RestCurvatureMakesTheHelixOfItsRadiusAndPitch) {
   }
 }
 
+TEST(Rod, StartsAlikeFromACurvatureStatedOnceOrEverywhere) {
+  RodDesign once;
+  once.elements = 40;
+  once.start_curvature = {0.4, -1.2, 0.9};
+  RodDesign everywhere = once;
+  everywhere.start_curvature.setZero();
+  everywhere.start_curvatures = once.start_curvature.replicate(1, 40);
+  const Rod a = MakeRod(once).value(), b = MakeRod(everywhere).value();
+  EXPECT_LT((a.position - b.position).norm(), 1e-13);
+  for (std::size_t i = 0; i < 40; ++i) EXPECT_LT((a.directors[i] - b.directors[i]).norm(), 1e-13) << i;
+}
+
+TEST(Rod, StartsWithTheCurvatureOfEachNode) {
+  RodDesign design;
+  design.elements = 30;
+  design.base = EndHold::kFrame;
+  design.start_curvatures = 5 * Eigen::Matrix3Xd::Random(3, 30);
+  const Rod rod = MakeRod(design).value();
+  EXPECT_LT((BaseCurvature(rod) - design.start_curvatures.col(0)).norm(), 1e-11);
+  for (Eigen::Index i = 0; i < 29; ++i) {
+    EXPECT_LT((CurvatureOf(rod, i) - design.start_curvatures.col(i + 1)).norm(), 1e-11) << i;
+  }
+  for (Eigen::Index i = 0; i < 30; ++i) EXPECT_LT(StrainOf(rod, i).norm(), 1e-13) << i;
+  design.start_curvatures.conservativeResize(3, 29);
+  const auto short_of_one = MakeRod(design);
+  ASSERT_FALSE(short_of_one.ok());
+  EXPECT_NE(short_of_one.error().message.find("start_curvatures = 29 columns"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tendril
