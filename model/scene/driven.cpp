@@ -150,6 +150,12 @@ CarrierGrowth CarrierGrowthAt(const Scene& scene, const std::vector<Driven>& rod
   return {radius * pull / (1 - pull), radius * rate / ((1 - pull) * (1 - pull))};
 }
 
+double LargestCarrierGrowth(const Scene& scene) {
+  if (!scene.gripper || scene.gripper->shortening != Shortening::kCarrier) return 0;
+  const double pull = StrongestPull(*scene.gripper, scene.phases);
+  return scene.gripper->gripper.carrier_radius * pull / (1 - pull);
+}
+
 DriveState DriveAt(const Scene& scene, const Driven& driven, const CarrierGrowth& growth, double time) {
   DriveState state;
   state.base_position = driven.base_start + growth.by * driven.outward;

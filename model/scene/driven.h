@@ -45,6 +45,8 @@ struct CarrierGrowth {
   double by = 0, rate = 0;
 };
 CarrierGrowth CarrierGrowthAt(const Scene& scene, const std::vector<Driven>& rods, double time);
+// The most that it ever has, m; 0 where it does not.
+double LargestCarrierGrowth(const Scene& scene);
 
 // What a rod's drive says of a time.
 struct DriveState {

@@ -198,6 +198,9 @@ TEST(AddPhase, KeepsWhatCameBeforeToTheBit) {
       EXPECT_EQ(a.base_velocity, b.base_velocity);
     }
   }
+  // Grown and shrunk again.
+  EXPECT_NEAR(LargestCarrierGrowth(scene), CarrierGrowthAt(scene, longer, 6).by, 1e-15);
+  EXPECT_LT(CarrierGrowthAt(scene, longer, 6.9).by, 0.9 * LargestCarrierGrowth(scene));
   const double end = 6;  // lifted, and the tendons drawn in
   const DriveState lifted = DriveAt(scene, longer[0], CarrierGrowthAt(scene, longer, end), end);
   EXPECT_NEAR(lifted.base_position.z(), longer[0].base_start.z() + 0.15, 1e-15);
