@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "model/scene/plan.h"
 #include "model/scene/schedule.h"
 
 namespace tendril {
@@ -59,13 +60,6 @@ Spiral SpiralOf(const RodDesign& design, double inner_radius, double gap) {
   return spiral;
 }
 
-// For messages: six digits.
-std::string Digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 }  // namespace
 
 Result<Eigen::Matrix3Xd> RolledCurvature(const RodDesign& design, const Stow& stow, double side) {
@@ -77,8 +71,8 @@ Result<Eigen::Matrix3Xd> RolledCurvature(const RodDesign& design, const Stow& st
   if (stow.turns > 0) {
     const double most = SpiralOf(design, least, stow.gap).turns;
     if (stow.turns > most) {
-      return Error{ErrorKind::kBadInput, "stowed.turns = " + Digits(stow.turns) + ": expected at most " +
-                                             Digits(most) + ", for which the rod is long enough"};
+      return Error{ErrorKind::kBadInput, "stowed.turns = " + ShortNumber(stow.turns) + ": expected at most " +
+                                             ShortNumber(most) + ", for which the rod is long enough"};
     }
     double low = least, high = std::max(2 * least, design.length / (2 * pi * stow.turns));
     while (SpiralOf(design, high, stow.gap).turns > stow.turns) high *= 2;
@@ -88,8 +82,8 @@ Result<Eigen::Matrix3Xd> RolledCurvature(const RodDesign& design, const Stow& st
     }
   }
   if (!(inner >= least)) {
-    return Error{ErrorKind::kBadInput, "stowed.inner_radius = " + Digits(inner) + " m: expected " +
-                                           Digits(least) +
+    return Error{ErrorKind::kBadInput, "stowed.inner_radius = " + ShortNumber(inner) + " m: expected " +
+                                           ShortNumber(least) +
                                            " m or more: the tip's thickness, and what elements can follow"};
   }
   const Spiral spiral = SpiralOf(design, inner, stow.gap);
