@@ -21,7 +21,7 @@ constexpr double kReckonedOverlap = 0.1, kReckonedContacts = 4;
 // The strongest rest curvature that an inner node is driven to, 1/m.
 double RestCurvatureAt(const Driven& d, Index inner_node) {
   if (!d.actuation) return std::max(d.plain->rest_curvature.norm(), d.plain->design.start_curvature.norm());
-  return d.actuation->Entry(d.actuation->entries() - 1).col(inner_node + 1).norm();
+  return d.actuation->strongest()[inner_node + 1];
 }
 
 // Of stretch and shear, the most that a rod's length changes by anywhere: by weight and loads, and, where it
@@ -70,6 +70,7 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
 
 // Something moves one of its ends, or it starts moving.
 bool IsLed(const Driven& d) {
+  if (d.carrier != nullptr && d.carrier->moves()) return true;
   if (d.plain == nullptr) return false;
   const auto moves = [](const EndMotion& motion) {
     return motion.until > motion.from && !(motion.velocity.isZero(0) && motion.spin.isZero(0));
@@ -128,7 +129,7 @@ struct Planner {
     const auto reach = [&](const Driven& d) {
       return d.rod.rest_length.sum() * (1 + StrainsOf(scene, d, true).stretch) + d.rod.radius.maxCoeff();
     };
-    const double moves = CarrierGrowthAt(scene, rods, HUGE_VAL).by;
+    const double moves = LargestCarrierGrowth(scene);
     // A rod that nothing holds, or whose end is moved, may go anywhere.
     const auto far = [&](const Driven& d) {
       return d.rod.base.hold != EndHold::kFree && !IsLed(d) ? reach(d) + moves : HUGE_VAL;

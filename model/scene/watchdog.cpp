@@ -7,6 +7,7 @@
 
 #include "model/geometry/segment_distance.h"
 #include "model/scene/plan.h"
+#include "model/scene/schedule.h"
 
 namespace tendril {
 namespace {
@@ -26,20 +27,21 @@ Divergence At(const Driven& driven, Index element, std::string why) {
 double StoredAtMost(const Scene& scene, const Driven& d) {
   double energy = 0;
   const double strain = scene.gripper && scene.gripper->shortening == Shortening::kTrue && d.actuation
-                            ? scene.gripper->pull
+                            ? StrongestPull(*scene.gripper, scene.phases)
                             : 0;
   for (Index i = 0; i < d.rod.elements(); ++i) {
     energy += 0.5 * d.rod.shear_stiffness(2, i) * strain * strain * d.rod.rest_length[i];
   }
   for (Index i = 0; i + 1 < d.rod.elements(); ++i) {
-    Vector3d curvature;
+    double square = 0;
     if (d.actuation) {
-      curvature = d.actuation->Entry(d.actuation->entries() - 1).col(i + 1);
+      square = d.rod.bend_stiffness.col(i).maxCoeff() * std::pow(d.actuation->strongest()[i + 1], 2);
     } else {
       const Vector3d start = d.plain->design.start_curvature;
-      curvature = d.plain->rest_curvature.cwiseAbs() + start.cwiseAbs();
+      const Vector3d curvature = d.plain->rest_curvature.cwiseAbs() + start.cwiseAbs();
+      square = d.rod.bend_stiffness.col(i).dot(curvature.cwiseAbs2());
     }
-    energy += 0.5 * RestVoronoi(d.rod, i) * d.rod.bend_stiffness.col(i).dot(curvature.cwiseAbs2());
+    energy += 0.5 * RestVoronoi(d.rod, i) * square;
   }
   return energy;
 }
@@ -83,7 +85,28 @@ double KineticEnergy(const Rod& rod) {
 
 double EnergyBudget(const Scene& scene, const std::vector<Driven>& rods) {
   double budget = 0;
+  // What falls or flies may hit the rods, and so may what pushes do.
+  for (const SceneObject& object : scene.objects) {
+    if (object.motion == ObjectMotion::kFixed) continue;
+    const double spinning = 0.5 * object.inertia.dot(object.spin.cwiseAbs2());
+    budget += 0.5 * object.mass * object.velocity.squaredNorm() + spinning;
+    for (const Driven& d : rods) budget += 2 * object.mass * scene.gravity.norm() * d.rod.rest_length.sum();
+  }
+  for (const Push& push : scene.pushes) {
+    const double impulse = push.force.norm() * (push.until - push.from);
+    budget += 0.5 * impulse * impulse / scene.objects[push.object].mass;
+  }
+  // Each pull stores its bending anew.
+  const double pulls = std::count_if(scene.phases.begin(), scene.phases.end(),
+                                     [](const Phase& phase) { return phase.pull.has_value(); });
   for (const Driven& d : rods) {
+    const double speed =
+        d.carrier != nullptr ? d.carrier->Fastest() + d.carrier->FastestSpin() * d.rod.rest_length.sum() : 0;
+    const double flow = scene.medium.flow.norm();
+    budget += 0.5 * d.rod.mass.sum() * (speed * speed + flow * flow) + pulls * StoredAtMost(scene, d);
+    if (const std::optional<Ejection> ejection = EjectionOf(scene, d)) {
+      budget += 0.5 * (ejection->velocity.colwise().squaredNorm() * d.rod.mass).value();
+    }
     const double length = d.rod.rest_length.sum(), mass = d.rod.mass.sum();
     const double force = mass * scene.gravity.norm() + d.tip_force.norm();
     budget += KineticEnergy(d.rod) + StoredAtMost(scene, d) + StoredByMotion(d);
