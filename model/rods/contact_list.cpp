@@ -141,8 +141,8 @@ void ContactList::Put(std::size_t rod, const double* positions, const double* ve
   for (int i = 0; i < 3 * (strand.elements + 1); ++i, to += kRodLanes) {
     staged_[to] = positions[static_cast<std::size_t>(i) * stride];
     if (Moves()) velocities_[to] = velocities[static_cast<std::size_t>(i) * stride];
-    if (Moves() && spins != nullptr && i < 3 * strand.elements) {
-      spins_[to] = spins[static_cast<std::size_t>(i) * stride];
+    if (Moves() && i < 3 * strand.elements) {
+      spins_[to] = spins == nullptr ? 0 : spins[static_cast<std::size_t>(i) * stride];
     }
   }
 }

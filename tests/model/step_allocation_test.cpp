@@ -21,6 +21,8 @@ TEST(Stepper, AllocatesNothingPerStep) {
   scene.objects = {bar};
   for (const SimulationLevel level : {SimulationLevel::kPaper, SimulationLevel::kStandard}) {
     scene.level = level;
+    scene.contact.damping = 0.01;
+    scene.contact.friction = 0.3;
     const SimulationPlan plan = PlanScene(scene).value();
     ASSERT_TRUE(plan.rod_contact && plan.object_contact && plan.self_contact);
     for (const int threads : {1, 2}) {
