@@ -72,7 +72,6 @@ enum PressConstant {
   kOneArm,            // the one's radius as a share of the sum
   kInverseReference,  // 1 / ReferenceStiffness
   kStickStiffness,
-  kInverseStick,
   kPressConstants
 };
 // Of an element on a solid:

@@ -184,7 +184,6 @@ void ContactList::PutPressConstants(ContactSlots& slots) const {
     constants[kRun * kInverseReference] = 1 / ReferenceStiffness(contact_.stiffness, radii);
     constants[kRun * kStickStiffness] =
         contact_.tangential_ratio * StickStiffness(factor, radii, length[i] + length[j]);
-    constants[kRun * kInverseStick] = 1 / constants[kRun * kStickStiffness];
   }
 }
 

@@ -48,17 +48,18 @@ TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& la
   const Vector slip = PlusTimes(velocity, -Dot(normal, velocity), normal);
   stretch = PlusTimes(stretch, All(law.time_step), slip);
   stretch = PlusTimes(stretch, -Dot(normal, stretch), normal);
-  Vector force = {-stiffness * stretch.x - damping * slip.x, -stiffness * stretch.y - damping * slip.y,
-                  -stiffness * stretch.z - damping * slip.z};
+  Vector force = PlusTimes(Times(-stiffness, stretch), -damping, slip);
   const Real limit = (slid > 0 ? All(law.kinetic) : All(law.at_rest)) * normal_force;
-  const Real square = Dot(force, force);
-  const Mask over = square > limit * limit;
-  const Real kept = over ? law.kinetic * normal_force * InverseSqrt(over ? square : one) : one;
+  const Mask over = Dot(force, force) > limit * limit;
   const Real slides = over ? one : (Dot(slip, stretch) <= 0 ? none : slid);
-  force = Times(kept, force);
-  const Real back = -inverse_stiffness;
-  stretch = {over ? back * force.x : stretch.x, over ? back * force.y : stretch.y,
-             over ? back * force.z : stretch.z};
+  // First the spring alone, then with what damps it.
+  const Real most = law.kinetic * normal_force, held = stiffness * stiffness * Dot(stretch, stretch);
+  const Mask far = over & (held > most * most);
+  stretch = Times(far ? most * InverseSqrt(far ? held : one) : one, stretch);
+  force = PlusTimes(Times(-stiffness, stretch), -damping, slip);
+  const Real square = Dot(force, force);
+  const Mask strong = over & (square > most * most);
+  force = Times(strong ? most * InverseSqrt(strong ? square : one) : one, force);
   Put(spring, touches ? stretch.x : none);
   Put(spring + 8, touches ? stretch.y : none);
   Put(spring + 16, touches ? stretch.z : none);
@@ -186,9 +187,8 @@ void PressPairs(Press& job) {
       const Real damped = Larger(-damping * Dot(velocity, normal), -size);
       Vector force = Times(damped, normal);
       if (job.sliding.at_rest > 0) {
-        force = Plus(force, FrictionOf(spring, moves, job.sliding, constant(kStickStiffness),
-                                       constant(kInverseStick), damping, normal, size + damped, velocity,
-                                       Times(All(0.5), Plus(a_spin, b_spin))));
+        force = Plus(force, FrictionOf(spring, moves, job.sliding, constant(kStickStiffness), damping, normal,
+                                       size + damped, velocity, Times(All(0.5), Plus(a_spin, b_spin))));
         const Real drawn = DrawnSquare(spring) / (radii * radii);
         longest_stick = moves ? Larger(longest_stick, drawn) : longest_stick;
       }

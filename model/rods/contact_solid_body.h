@@ -127,9 +127,9 @@ void PressOnPart(PressOnSolid& job) {
       const Real damped = Larger(-damping * Dot(velocity, normal), -size);
       Vector force = Times(damped, normal);
       if (job.sliding.at_rest > 0) {
-        force = Plus(force, FrictionOf(spring, moves, job.sliding, Get(constants + 8 * kSolidStick),
-                                       Get(constants + 8 * kSolidInverseStick), damping, normal,
-                                       size + damped, velocity, Times(All(0.5), Plus(spin, turning))));
+        force =
+            Plus(force, FrictionOf(spring, moves, job.sliding, Get(constants + 8 * kSolidStick), damping,
+                                   normal, size + damped, velocity, Times(All(0.5), Plus(spin, turning))));
         const Real drawn = DrawnSquare(spring) / (4 * radius * radius);
         longest_stick = moves ? Larger(longest_stick, drawn) : longest_stick;
       }

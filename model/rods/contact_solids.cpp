@@ -123,7 +123,6 @@ void ContactList::ChooseOnPart(std::size_t number) {
     constants[kRun * kSolidRadius] = filling ? std::numeric_limits<double>::quiet_NaN() : radius[i];
     constants[kRun * kSolidStiffness] = stiffness / contact_.points;
     constants[kRun * kSolidStick] = contact_.tangential_ratio * stiffness;
-    constants[kRun * kSolidInverseStick] = 1 / constants[kRun * kSolidStick];
     constants[kRun * kSolidInverseReference] = 1 / ReferenceStiffness(contact_.stiffness, 2 * radius[i]);
   }
   if (Moves()) slots.TakeSprings(old_);

@@ -17,13 +17,16 @@ Vector3d FrictionForce(Stick& stick, const FrictionOf& friction, const Vector3d&
   stretch -= normal.dot(stretch) * normal;
   Vector3d force = -friction.stiffness * stretch - friction.damping * slip;
   const double limit = (stick.slides ? friction.kinetic : friction.at_rest) * normal_force;
-  const double size = force.norm();
-  if (size > limit) {
+  if (force.norm() > limit) {
     stick.slides = true;
     const double kept = friction.kinetic * normal_force;
-    force *= kept / size;
-    // What the spring holds is the force alone: damping is none of it.
-    stretch = friction.stiffness > 0 ? Vector3d(-force / friction.stiffness) : Vector3d(Vector3d::Zero());
+    // First the spring alone, then with what damps it: a spring that took up the damping's force would store
+    // more than the slip gave it.
+    const double pull = friction.stiffness * stretch.norm();
+    if (pull > kept) stretch *= kept / pull;
+    force = -friction.stiffness * stretch - friction.damping * slip;
+    const double size = force.norm();
+    if (size > kept) force *= kept / size;
   } else if (slip.dot(stretch) <= 0) {
     stick.slides = false;
   }
