@@ -1,4 +1,4 @@
-// model/rods/contact.h and model/geometry/segment_distance.h.
+// model/rods/contact.h, model/geometry/segment_distance.h, and rods as a whole in model/rods/contact_plain.h.
 #include "model/rods/contact.h"
 
 #include <gtest/gtest.h>
@@ -6,9 +6,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "model/geometry/segment_distance.h"
+#include "model/rods/contact_plain.h"
 #include "model/rods/rod_plain.h"
 
 namespace tendril {
@@ -94,36 +98,68 @@ std::vector<Rod> Crossing(double gap) {
   return {MakeRod(design).value(), MakeRod(other).value()};
 }
 
-// Forces at the contact's own point are equal, opposite and on one line: no momentum is made of either kind.
+// Loads of what the law of energy finds, of rods alone.
+std::vector<RodLoads> Pressed(PlainContact& contact, std::span<const Rod> rods) {
+  std::vector<RodLoads> loads;
+  for (const Rod& rod : rods) {
+    loads.push_back({Matrix3Xd::Zero(3, rod.elements() + 1), Matrix3Xd::Zero(3, rod.elements())});
+  }
+  contact.Add(rods, {}, 1e-5, loads, {});
+  return loads;
+}
+
 TEST(AddRodContact, MakesNoMomentum) {
   const std::vector<Rod> rods = Crossing(-0.001);
-  for (const ContactLaw law :
-       {ContactLaw::kHertzSegments, ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
+  for (const ContactLaw law : {ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
     Matrix3Xd a = Matrix3Xd::Zero(3, 21), b = a;
     AddRodContact({.law = law}, rods[0], rods[1], a, b);
-    const double size = a.norm();
-    EXPECT_GT(size, 0);
+    EXPECT_GT(a.norm(), 0);
     EXPECT_LT((a.rowwise().sum() + b.rowwise().sum()).norm(), 1e-12);
-    if (law != ContactLaw::kHertzSegments) continue;
-    Vector3d torque = Vector3d::Zero();
-    for (Eigen::Index i = 0; i < 21; ++i) {
-      torque += Vector3d(rods[0].position.col(i)).cross(Vector3d(a.col(i))) +
-                Vector3d(rods[1].position.col(i)).cross(Vector3d(b.col(i)));
+  }
+}
+
+// The energy does not change as rods move or turn together: no momentum is made of either kind.
+TEST(PlainContact, MakesNoMomentumOfEitherKind) {
+  std::vector<Rod> rods = Crossing(-0.001);
+  rods[1].velocity.row(2).setConstant(-0.5);
+  for (const double damping : {0.0, 0.1}) {
+    Contact law{.damping = damping};
+    law.points = 4;
+    PlainContact contact(law, {});
+    const std::vector<RodLoads> loads = Pressed(contact, rods);
+    const double size = loads[0].force.norm();
+    EXPECT_GT(size, 0);
+    Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+    for (std::size_t r = 0; r < 2; ++r) {
+      force += loads[r].force.rowwise().sum();
+      torque += loads[r].couple.rowwise().sum();
+      for (Eigen::Index i = 0; i < 21; ++i) {
+        torque += Vector3d(rods[r].position.col(i)).cross(Vector3d(loads[r].force.col(i)));
+      }
     }
+    EXPECT_LT(force.norm(), 1e-12 * size);
     EXPECT_LT(torque.norm(), 1e-12 * size);
   }
 }
 
-TEST(AddRodContact, DampingNeverPulls) {
-  std::vector<Rod> rods = Crossing(-0.0001);
-  rods[1].velocity.row(2).setConstant(5);  // parting fast
-  Matrix3Xd a = Matrix3Xd::Zero(3, 21), b = a;
-  AddRodContact({.damping = 1}, rods[0], rods[1], a, b);
-  EXPECT_EQ(a.norm(), 0);
+TEST(PlainContact, DampingNeverPulls) {
+  std::vector<Rod> rods = Crossing(-0.001);
+  rods[1].velocity.row(2).setConstant(50);  // parting fast
+  Contact law{.damping = 1};
+  law.points = 4;
+  PlainContact contact(law, {});
+  // It takes all that the rods press across their axes with, and no more.
+  std::vector<RodLoads> loads = Pressed(contact, rods);
+  const double left = loads[1].force.row(2).sum();
+  law.damping = 0;
+  PlainContact undamped(law, {});
+  loads = Pressed(undamped, rods);
+  EXPECT_GT(loads[1].force.row(2).sum(), 0.1);
+  EXPECT_NEAR(left, 0, 1e-12);
 }
 
 // Without damping a collision gives back the energy that it took.
-TEST(AddRodContact, AnUndampedCollisionKeepsEnergyAndMomentum) {
+TEST(PlainContact, AnUndampedCollisionKeepsEnergyAndMomentum) {
   std::vector<Rod> rods = Crossing(0.001);
   rods[1].velocity.row(2).setConstant(-0.5);
   const auto energy = [&] { return EnergyOf(rods[0]).total() + EnergyOf(rods[1]).total(); };
@@ -132,13 +168,16 @@ TEST(AddRodContact, AnUndampedCollisionKeepsEnergyAndMomentum) {
   };
   const double before = energy();
   const Vector3d momentum_before = momentum();
-  const Contact contact;
+  Contact law;
+  law.points = 3;
+  PlainContact contact(law, {});
   double largest = 0;
   double touching = 0;
   for (int step = 0; step < 20000 && (largest == 0 || touching > 0); ++step) {
     StepPlain(rods, step * 1e-5, {.time_step = 1e-5}, [&](double, auto r, auto forces) {
-      AddRodContact(contact, r[0], r[1], forces[0], forces[1]);
-      touching = forces[0].norm();
+      const std::vector<RodLoads> loads = Pressed(contact, r);
+      for (std::size_t k = 0; k < 2; ++k) forces[k] += loads[k].force;
+      touching = loads[0].force.norm();
     });
     largest = std::max(largest, touching);
   }
@@ -148,22 +187,51 @@ TEST(AddRodContact, AnUndampedCollisionKeepsEnergyAndMomentum) {
   EXPECT_LT((momentum() - momentum_before).norm(), 1e-12);
 }
 
-TEST(AddSelfContact, LeavesNeighboursAloneAndPartsWhatTouches) {
+TEST(SelfContact, LeavesNeighboursAloneAndPartsWhatTouches) {
   RodDesign design;
   design.elements = 60;
-  Rod rod = MakeRod(design).value();  // 20 mm thick, elements of 12.5 mm: neighbours always overlap
-  Matrix3Xd force = Matrix3Xd::Zero(3, 61);
-  AddSelfContact({}, rod, force);
-  EXPECT_EQ(force.norm(), 0);
-  // Folded into two parallel halves 30 mm apart: the upper half is pushed up.
-  for (Eigen::Index i = 0; i <= 60; ++i) {
-    rod.position.col(i) = i <= 30 ? Vector3d(0.0125 * static_cast<double>(i), 0, 0)
-                                  : Vector3d(0.0125 * static_cast<double>(61 - i), 0, 0.03);
+  const Rod straight = MakeRod(design).value();  // 20 mm thick, elements of 12.5 mm: neighbours always overlap
+  for (const ContactLaw law :
+       {ContactLaw::kHertzSegments, ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
+    Rod rod = straight;
+    const auto found = [&] {
+      PlainContact contact({}, {});
+      if (law == ContactLaw::kHertzSegments) return Pressed(contact, {&rod, 1})[0].force;
+      Matrix3Xd force = Matrix3Xd::Zero(3, 61);
+      AddSelfContact({.law = law}, rod, force);
+      return force;
+    };
+    EXPECT_EQ(found().norm(), 0);
+    // Folded into two parallel halves 30 mm apart: the upper half is pushed up.
+    for (Eigen::Index i = 0; i <= 60; ++i) {
+      rod.position.col(i) = i <= 30 ? Vector3d(0.0125 * static_cast<double>(i), 0, 0)
+                                    : Vector3d(0.0125 * static_cast<double>(61 - i), 0, 0.03);
+    }
+    const Matrix3Xd force = found();
+    EXPECT_GT(force.middleCols(41, 18).row(2).minCoeff(), 0);
+    EXPECT_LT(force.middleCols(2, 18).row(2).maxCoeff(), 0);
+    EXPECT_LT(force.rowwise().sum().norm(), 1e-12 * force.norm());
   }
-  AddSelfContact({}, rod, force);
-  EXPECT_GT(force.middleCols(41, 18).row(2).minCoeff(), 0);
-  EXPECT_LT(force.middleCols(2, 18).row(2).maxCoeff(), 0);
-  EXPECT_LT(force.rowwise().sum().norm(), 1e-12 * force.norm());
+}
+
+TEST(SelfContact, OfATurnOnlyPressesWhereItIsTighterThanTheRodIsThick) {
+  RodDesign design;
+  design.elements = 200;
+  design.length = 0.4;
+  design.base_radius = 0.02;
+  Rod rod = MakeRod(design).value();
+  for (const double radius : {0.0205, 0.012}) {
+    for (Eigen::Index i = 0; i <= 200; ++i) {
+      const double along = 0.002 * (static_cast<double>(i) - 100), half = 0.5 * std::numbers::pi * radius;
+      const double way = std::max(0.0, std::abs(along) - half), angle = std::clamp(along, -half, half) / radius;
+      rod.position.col(i) =
+          Vector3d(radius * std::cos(angle) - way, radius * std::sin(angle), 0);
+    }
+    PlainContact contact({}, {});
+    const double pressed = Pressed(contact, {&rod, 1})[0].force.norm();
+    EXPECT_EQ(pressed > 1, radius < 0.02) << pressed;
+    EXPECT_EQ(pressed == 0, radius > 0.02) << pressed;
+  }
 }
 
 // A rod on a fixed sphere at rest: the contact's force is the overlap's, whatever the law.
