@@ -263,7 +263,7 @@ struct Planner {
       const double least = steps.Least();
       RodRelief next = plan.relief;
       if (steps.stretch <= least * 1.0001) next.stretch = std::min(most.stretch, 1.1 * next.stretch);
-      if (std::min({steps.bend, steps.twist, steps.shear}) <= least * 1.0001) {
+      if (std::min(steps.bend, steps.shear) <= least * 1.0001) {
         next.rotary_inertia = std::min(most.rotary_inertia, 1.1 * next.rotary_inertia);
       }
       if (steps.shear <= least * 1.0001) next.shear = std::min(most.shear, 1.1 * next.shear);
@@ -369,7 +369,8 @@ StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double conta
 void ApplyRelief(const RodRelief& relief, Rod& rod) {
   rod.shear_stiffness.topRows<2>() /= relief.shear;
   rod.shear_stiffness.row(2) /= relief.stretch;
-  rod.inertia *= relief.rotary_inertia * relief.mass;
+  rod.inertia *= relief.mass;
+  rod.inertia.topRows<2>() *= relief.rotary_inertia;
   rod.mass *= relief.mass;
 }
 

@@ -28,7 +28,7 @@ struct PlanTerm {
 struct RodRelief {
   double stretch = 1;         // E A is divided by it
   double shear = 1;           // alpha_c G A likewise
-  double rotary_inertia = 1;  // elements' moments of inertia are multiplied by it
+  double rotary_inertia = 1;  // elements' moments of inertia across their axes are multiplied by it
   double mass = 1;            // all inertia is; weight and damping force stay
 };
 

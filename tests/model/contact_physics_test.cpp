@@ -167,7 +167,7 @@ TEST(ARodAcrossASlope, RollsWithTwoThirdsOfTheFall) {
   EXPECT_NEAR(at[1].spin * 0.01, at[1].speed, 0.01 * at[1].speed);
 }
 
-// So slender that the plan would make it slower to turn, were it not for friction that turns it.
+// So slender that the plan makes it slower to bend: not so to turn about itself.
 TEST(ARodAcrossASlope, RollsLikewiseWhereItIsSlender) {
   const double slope = 0.3, expected = 2.0 / 3 * kGravity * std::sin(slope);
   Scene scene = RodOnTable(slope, 0.5, true);
