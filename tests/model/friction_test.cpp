@@ -35,7 +35,8 @@ TEST(FrictionForce, WhatSticksStoresAsASpringAndGivesItBack) {
     for (int step = 0; step < 100; ++step) {
       const Vector3d before = -friction.stiffness * stick.stretch;
       const Vector3d velocity(way * speed, 0, 0);
-      const Vector3d force = FrictionForce(stick, friction, Vector3d::UnitZ(), 10, velocity, Vector3d::Zero(), kStep);
+      const Vector3d force =
+          FrictionForce(stick, friction, Vector3d::UnitZ(), 10, velocity, Vector3d::Zero(), kStep);
       EXPECT_FALSE(stick.slides);
       work += 0.5 * (before + force).dot(velocity) * kStep;
     }
@@ -72,7 +73,8 @@ TEST(FrictionForce, BreaksAtTheStaticLimitAndSticksAnewWhereItTurnsBack) {
   Stick stick;
   double largest = 0;
   const auto pull = [&](double speed) {
-    return FrictionForce(stick, friction, Vector3d::UnitZ(), load, {speed, 0, 0}, Vector3d::Zero(), kStep).x();
+    return FrictionForce(stick, friction, Vector3d::UnitZ(), load, {speed, 0, 0}, Vector3d::Zero(), kStep)
+        .x();
   };
   int broke = -1;
   for (int step = 0; step < 400; ++step) {
@@ -107,11 +109,14 @@ TEST(FrictionForce, BreaksAtTheStaticLimitAndSticksAnewWhereItTurnsBack) {
 
 TEST(FrictionForce, OfNoNormalForceIsNoneAndOfNoStiffnessIsFinite) {
   Stick stick{{1e-3, 0, 0}, false};
-  EXPECT_EQ(FrictionForce(stick, {0.3, 0.6, 1000, 1}, Vector3d::UnitZ(), 0, {1, 2, 3}, Vector3d::Zero(), kStep).norm(), 0);
+  EXPECT_EQ(
+      FrictionForce(stick, {0.3, 0.6, 1000, 1}, Vector3d::UnitZ(), 0, {1, 2, 3}, Vector3d::Zero(), kStep)
+          .norm(),
+      0);
   EXPECT_EQ(stick.stretch.norm(), 0);
   for (const double damping : {0.0, 2.0}) {
-    const Vector3d force =
-        FrictionForce(stick, {0.3, 0.6, 0, damping}, Vector3d::UnitZ(), 1, {1, 2, 3}, Vector3d::Zero(), kStep);
+    const Vector3d force = FrictionForce(stick, {0.3, 0.6, 0, damping}, Vector3d::UnitZ(), 1, {1, 2, 3},
+                                         Vector3d::Zero(), kStep);
     EXPECT_LE(force.norm(), 0.6);
   }
   EXPECT_TRUE(stick.stretch.allFinite());

@@ -31,8 +31,8 @@ struct Random {
   double Between(double low, double high) { return low + (high - low) * even(generator); }
 };
 
-// Two elements within reach of each other: any, or parallel, collinear, end to end, crossing axes, or one on the
-// other.
+// Two elements within reach of each other: any, or parallel, collinear, end to end, crossing axes, or one on
+// the other.
 std::pair<PressSide, PressSide> Pair(Random& random, int kind) {
   PressSide a, b;
   a.radius = 0.01 * std::pow(10, random.Between(-1, 0));
@@ -164,8 +164,7 @@ TEST(PressOf, ACrossingIsHertzsForceWhereverItLiesOnTheElements) {
     const double turned = angle * std::numbers::pi / 180;
     for (const double share : {1e-3, 0.01, 0.05}) {
       const double depth = share * radii;
-      const double expected =
-          kStiffness * std::pow(depth, 1.5) * (1 - 1.75 * share) / std::sin(turned);
+      const double expected = kStiffness * std::pow(depth, 1.5) * (1 - 1.75 * share) / std::sin(turned);
       for (const auto& [s, t] : {std::pair{0.0, 0.0}, {0.25, 0.1}, {0.5, 0.5}, {0.07, 0.39}}) {
         // Elements 0.6 of the radii's sum long; s and t of an element off the middle of one.
         const double element = 0.6 * radii;
@@ -187,8 +186,8 @@ TEST(PressOf, RodsSideBySidePressInProportionToDepthAndLength) {
     for (const double shift : {0.0, 0.3, 0.5}) {
       for (const int points : {1, 3}) {
         const auto a = Chain(Vector3d::Zero(), Vector3d::UnitX(), 20 * element, radius, 20);
-        const auto b = Chain({shift * element, 0, (1 - share) * radii}, Vector3d::UnitX(), 20 * element,
-                             radius, 20);
+        const auto b =
+            Chain({shift * element, 0, (1 - share) * radii}, Vector3d::UnitX(), 20 * element, radius, 20);
         const Sum sum = Press2(a, b, points);
         const double expected = 0.75 * kStiffness / std::sqrt(2 * radii) * share * radii * element;
         for (std::size_t i = 6; i < 14; ++i) {
@@ -219,9 +218,9 @@ TEST(PressOf, EnergyIsTheSameHoweverElementsAreCut) {
   }
 }
 
-// A rod is dragged along another, at a right angle, at a skew or nearly parallel, right through its length: what it
-// took to come in is given back going out. (Forces between closest points that count where they are a local
-// minimum, as this law had before, jump while rods slide along each other, and kept no energy.)
+// A rod is dragged along another, at a right angle, at a skew or nearly parallel, right through its length:
+// what it took to come in is given back going out. (Forces between closest points that count where they are a
+// local minimum, as this law had before, jump while rods slide along each other, and kept no energy.)
 TEST(PressOf, ARodDraggedPastAnotherGivesBackItsWork) {
   const double radius = 0.01, element = 0.012;
   for (const double angle : {1.5, 0.4, 0.05, 1e-3, 0.0}) {

@@ -190,7 +190,8 @@ TEST(PlainContact, AnUndampedCollisionKeepsEnergyAndMomentum) {
 TEST(SelfContact, LeavesNeighboursAloneAndPartsWhatTouches) {
   RodDesign design;
   design.elements = 60;
-  const Rod straight = MakeRod(design).value();  // 20 mm thick, elements of 12.5 mm: neighbours always overlap
+  const Rod straight =
+      MakeRod(design).value();  // 20 mm thick, elements of 12.5 mm: neighbours always overlap
   for (const ContactLaw law :
        {ContactLaw::kHertzSegments, ContactLaw::kHertzEqual, ContactLaw::kHertzCenters}) {
     Rod rod = straight;
@@ -223,9 +224,9 @@ TEST(SelfContact, OfATurnOnlyPressesWhereItIsTighterThanTheRodIsThick) {
   for (const double radius : {0.0205, 0.012}) {
     for (Eigen::Index i = 0; i <= 200; ++i) {
       const double along = 0.002 * (static_cast<double>(i) - 100), half = 0.5 * std::numbers::pi * radius;
-      const double way = std::max(0.0, std::abs(along) - half), angle = std::clamp(along, -half, half) / radius;
-      rod.position.col(i) =
-          Vector3d(radius * std::cos(angle) - way, radius * std::sin(angle), 0);
+      const double way = std::max(0.0, std::abs(along) - half),
+                   angle = std::clamp(along, -half, half) / radius;
+      rod.position.col(i) = Vector3d(radius * std::cos(angle) - way, radius * std::sin(angle), 0);
     }
     PlainContact contact({}, {});
     const double pressed = Pressed(contact, {&rod, 1})[0].force.norm();

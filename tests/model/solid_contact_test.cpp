@@ -58,8 +58,8 @@ Momenta MomentaOf(const Bodies& bodies, std::size_t count) {
   for (std::size_t b = 0; b < count; ++b) {
     const RigidBody& body = bodies.body(b);
     all.linear += body.mass * body.velocity;
-    all.angular += body.mass * body.position.cross(body.velocity) +
-                   body.lab_from_body * body.angular_momentum_in_body;
+    all.angular +=
+        body.mass * body.position.cross(body.velocity) + body.lab_from_body * body.angular_momentum_in_body;
   }
   return all;
 }
