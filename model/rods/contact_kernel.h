@@ -75,14 +75,7 @@ enum PressConstant {
   kPressConstants
 };
 // Of an element on a solid:
-enum SolidConstant {
-  kSolidRadius,
-  kSolidStiffness,
-  kSolidStick,
-  kSolidInverseStick,
-  kSolidInverseReference,
-  kSolidConstants
-};
+enum SolidConstant { kSolidRadius, kSolidStiffness, kSolidStick, kSolidInverseReference, kSolidConstants };
 // Of what sticks, likewise: its stretch, 3, and whether it slides.
 constexpr int kSpring = 4;
 

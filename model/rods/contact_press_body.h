@@ -37,8 +37,8 @@ TENDRIL_INLINE void Scatter(double* to, const int* places, unsigned bits, const 
 
 // friction.cpp, in lanes: `spring` holds the stretch and whether it slides, kSpring rows of eight.
 TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& law, Real stiffness,
-                                 Real inverse_stiffness, Real damping, const Vector& normal,
-                                 Real normal_force, const Vector& velocity, const Vector& turning) {
+                                 Real damping, const Vector& normal, Real normal_force,
+                                 const Vector& velocity, const Vector& turning) {
   const Real none = Real{}, one = All(1);
   const Vector old = {Get(spring), Get(spring + 8), Get(spring + 16)};
   const Real slid = Get(spring + 24);
