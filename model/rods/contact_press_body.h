@@ -43,7 +43,7 @@ TENDRIL_INLINE Vector FrictionOf(double* spring, Mask touches, const Sliding& la
   const Vector old = {Get(spring), Get(spring + 8), Get(spring + 16)};
   const Real slid = Get(spring + 24);
   const Vector turn = Times(All(law.time_step), turning);
-  const Real keep = one - 0.5 * Dot(turn, turn);
+  const Real keep = Larger(one - 0.5 * Dot(turn, turn), none);
   Vector stretch = Times(keep, Plus(old, Cross(turn, old)));
   const Vector slip = PlusTimes(velocity, -Dot(normal, velocity), normal);
   stretch = PlusTimes(stretch, All(law.time_step), slip);

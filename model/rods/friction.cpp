@@ -11,7 +11,8 @@ Vector3d FrictionForce(Stick& stick, const FrictionOf& friction, const Vector3d&
                        const Vector3d& velocity, const Vector3d& turning, double time) {
   // Turned along no farther than its own length, so that turning stores nothing; then laid on the surface.
   const Vector3d turn = time * turning;
-  Vector3d stretch = (1 - 0.5 * turn.squaredNorm()) * (stick.stretch + turn.cross(stick.stretch));
+  Vector3d stretch =
+      std::max(0.0, 1 - 0.5 * turn.squaredNorm()) * (stick.stretch + turn.cross(stick.stretch));
   const Vector3d slip = velocity - normal.dot(velocity) * normal;
   stretch += time * slip;
   stretch -= normal.dot(stretch) * normal;
