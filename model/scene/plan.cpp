@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/rods/press.h"
+
 namespace tendril {
 namespace {
 
@@ -15,8 +17,6 @@ using Eigen::Vector3d;
 constexpr double kStandardShare = 0.7, kFastShare = 0.85;
 constexpr double kPaperStep = 2e-5;
 constexpr double kFastSlowing = 0.02;
-// Overlap that contact is reckoned to reach, as a share of a radius, and contacts on a node at once.
-constexpr double kReckonedOverlap = 0.1, kReckonedContacts = 4;
 
 // The strongest rest curvature that an inner node is driven to, 1/m.
 double RestCurvatureAt(const Driven& d, Index inner_node) {
@@ -239,6 +239,31 @@ struct Planner {
     }
   }
 
+  // The largest stable step of objects that rods lie on: each rod along half of what the object reaches to,
+  // and turning it too, as a ball.
+  double StepOfObjects() const {
+    double least = HUGE_VAL;
+    if (!plan.object_contact || scene.contact.law != ContactLaw::kHertzSegments) return least;
+    for (const SceneObject& object : scene.objects) {
+      if (object.motion == ObjectMotion::kFixed) continue;
+      double stiffness = 0;
+      const double along = 0.5 * ReachOf(object.shape);
+      for (const Driven& d : rods) {
+        const double length = std::min(along, d.rod.rest_length.sum());
+        stiffness += length * SurfaceStiffness(scene.contact.stiffness, d.rod.radius.maxCoeff());
+      }
+      const double turning = 2.5 * scene.contact.tangential_ratio;
+      if (stiffness > 0) least = std::min(least, 2 / std::sqrt(stiffness * (1 + turning) / object.mass));
+      if (scene.contact.damping > 0) {
+        const double reference =
+            ReferenceStiffness(scene.contact.stiffness, 2 * rods[0].rod.radius.maxCoeff());
+        least =
+            std::min(least, object.mass * reference / (scene.contact.damping * stiffness * (1 + turning)));
+      }
+    }
+    return least;
+  }
+
   // Each relief only as large as it makes the step longer: all limits meet at that of the strongest term.
   void Step() {
     const bool paper = scene.level == SimulationLevel::kPaper;
@@ -279,7 +304,8 @@ struct Planner {
                                         " times as much: slow motions are late by at most " +
                                         ShortNumber(100 * kFastSlowing) + " %"});
     }
-    const StableSteps steps = steps_with(plan.relief);
+    StableSteps steps = steps_with(plan.relief);
+    steps.contact = std::min(steps.contact, StepOfObjects());
     const double least = steps.Least();
     const double share = scene.level == SimulationLevel::kFast ? kFastShare : kStandardShare;
     plan.stable_step = least;
@@ -318,60 +344,6 @@ std::string ShortNumber(double value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
   return {text, end.ptr};
-}
-
-namespace {
-
-// The largest omega^2 of the shortest wave that shifts nodes and turns elements: shear binds the one to the
-// other, with the squares `shift` and `turn` alone, and hinges bind turns to turns.
-double FastestBending(double shift, double turn, double hinge) {
-  const double mean = 0.5 * (shift + turn + hinge);
-  return mean + std::sqrt(std::max(0.0, mean * mean - shift * hinge));
-}
-
-}  // namespace
-
-double StableSteps::Least() const { return std::min({stretch, bend, twist, shear, contact}); }
-
-StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double contact_damping) {
-  StableSteps steps{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
-  for (Index i = 0; i < rod.elements(); ++i) {
-    const double l = rod.rest_length[i];
-    const Index last = rod.elements() - 1;
-    // Sums over what is on either side: in a tapered rod an element hangs between a stiffer hinge and a
-    // softer.
-    const Index inner = std::min<Index>(i, last - 1), before = std::max<Index>(i - 1, 0);
-    const Vector3d hinges = rod.bend_stiffness.col(before) + rod.bend_stiffness.col(inner);
-    const double mass = std::min(rod.mass[i] * (i == 0 ? 2 : 1), rod.mass[i + 1] * (i == last ? 2 : 1));
-    const double across = rod.shear_stiffness(0, i), j1 = rod.inertia(0, i), j3 = rod.inertia(2, i);
-    // omega^2 of the shortest wave of each kind; bending elements are also held by shear, and pushed nodes by
-    // contact.
-    const double stretch = 4 * rod.shear_stiffness(2, i) / (l * mass);
-    const double hinge = 2 * hinges.x() / (l * j1);
-    const double twist = 2 * hinges.z() / (l * j3);
-    const double shear = FastestBending(4 * across / (l * mass), l * across / j1, 0);
-    const double bend = FastestBending(4 * across / (l * mass), l * across / j1, hinge);
-    const double push = 1.5 * contact_stiffness * std::sqrt(kReckonedOverlap * rod.radius[i]);
-    const double contact = kReckonedContacts * push / mass + 4 * across / (l * mass);
-    // A damper is stable while it takes no more than a node has: c dt / m below 2.
-    if (contact_damping > 0)
-      steps.contact = std::min(steps.contact, mass / (kReckonedContacts * contact_damping));
-    const auto least = [](double& step, double square) { step = std::min(step, 2 / std::sqrt(square)); };
-    least(steps.stretch, stretch);
-    least(steps.bend, bend);
-    least(steps.twist, twist);
-    least(steps.shear, shear);
-    if (contact_stiffness > 0) least(steps.contact, contact);
-  }
-  return steps;
-}
-
-void ApplyRelief(const RodRelief& relief, Rod& rod) {
-  rod.shear_stiffness.topRows<2>() /= relief.shear;
-  rod.shear_stiffness.row(2) /= relief.stretch;
-  rod.inertia *= relief.mass;
-  rod.inertia.topRows<2>() *= relief.rotary_inertia;
-  rod.mass *= relief.mass;
 }
 
 Result<SimulationPlan> PlanScene(const Scene& scene, bool full) {
