@@ -21,7 +21,8 @@ struct FrictionOf {
 // Moves the spring on by a step and returns the force on the body whose velocity against the other is given.
 //   normal    unit; N = normal_force >= 0
 //   velocity  of the surfaces against each other, m/s: what it moved by in the step / time
-//   turning   mean spin of the two bodies, rad/s: the spring turns with them
+//   turning   mean spin of the two bodies, rad/s: the spring turns with them (by up to 1.7 rad a step:
+//             beyond, energy could come of it)
 Eigen::Vector3d FrictionForce(Stick& stick, const FrictionOf& friction, const Eigen::Vector3d& normal,
                               double normal_force, const Eigen::Vector3d& velocity,
                               const Eigen::Vector3d& turning, double time);

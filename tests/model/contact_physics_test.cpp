@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/rods/press.h"
+#include "model/scene/simulate.h"
 #include "model/scene/stepper.h"
 
 namespace tendril {
@@ -62,7 +63,7 @@ std::vector<double> BrickSlides(double slope, double friction, const std::vector
   std::vector<double> x;
   std::int64_t made = 0;
   for (const double time : times) {
-    for (; static_cast<double>(made) * step < time; ++made) bodies.Step(step * static_cast<double>(made), none);
+    for (; static_cast<double>(made) * step < time; ++made) bodies.Step(0, none);
     x.push_back(bodies.PosesAt(0)[1].translation().x());
   }
   return x;
@@ -233,17 +234,18 @@ Scene Hanging(const BodyString& string, double turned) {
   return scene;
 }
 
-// Half of the period of a swing that starts from this angle, by where its middle comes by, s.
-double Period(const Scene& scene) {
-  const SimulationPlan plan = PlanScene(scene).value();
-  Stepper stepper(scene, plan, MakeRods(scene, 0).value(), 2e-4);
+// By where its middle comes by, s.
+double Period(Scene scene) {
+  scene.duration = 3;
+  scene.time_step = 2e-4;
+  std::vector<double> times;
+  for (int k = 0; k <= 3000; ++k) times.push_back(1e-3 * k);
+  const Simulated run = Simulate(scene, PlanScene(scene).value(), times).value();
+  const std::vector<Isometry3d>& poses = run.objects[0].poses;
   std::vector<double> crossings;
-  double before = stepper.PosesAt(0)[0].translation().x();
-  for (int kicks = 1; kicks < 20000 && crossings.size() < 5; ++kicks) {
-    stepper.AdvanceTo(kicks);
-    const double x = stepper.PosesAt(kicks * 2e-4)[0].translation().x();
-    if (before * x < 0) crossings.push_back((kicks - 1 + before / (before - x)) * 2e-4);
-    before = x;
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    const double before = poses[k - 1].translation().x(), x = poses[k].translation().x();
+    if (before * x < 0) crossings.push_back(times[k - 1] + 1e-3 * before / (before - x));
   }
   return crossings.size() < 5 ? 0 : 0.5 * (crossings[4] - crossings[0]);
 }

@@ -107,6 +107,9 @@ Scene Touching(ContactLaw law) {
   }
   SceneObject bar;
   bar.body = {{0.1, -0.2, -0.15}, {0.1, 0.2, -0.15}, 0.02};
+  bar.shape = {{PrimitiveKind::kCapsule, 0.02, {0, 0, 0.2}}};
+  bar.pose.translation() = Vector3d(0.1, 0, -0.15);
+  bar.pose.linear() = Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3d::UnitX()).toRotationMatrix();
   scene.objects = {bar};
   return scene;
 }

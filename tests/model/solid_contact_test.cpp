@@ -72,7 +72,7 @@ TEST(SolidContact, OfThreeThatMeetKeepsMomentaAndGainsNoEnergy) {
   const std::vector<Wrench> none(3);
   double largest = 0;
   for (int step = 0; step < 10000; ++step) {
-    bodies.Step(none);
+    bodies.Step(0, none);
     const Momenta now = MomentaOf(bodies, 3);
     ASSERT_LT((now.linear - start.linear).norm(), 1e-10 * 0.1) << step;
     ASSERT_LT((now.angular - start.angular).norm(), 1e-10 * 0.01) << step;
@@ -89,8 +89,8 @@ TEST(SolidContact, OrderDoesNotCount) {
   Bodies bodies(scene, kStep), other(reversed, kStep);
   const std::vector<Wrench> none(3);
   for (int step = 0; step < 2000; ++step) {
-    bodies.Step(none);
-    other.Step(none);
+    bodies.Step(0, none);
+    other.Step(0, none);
     for (std::size_t b = 0; b < 3; ++b) {
       ASSERT_LT((bodies.solids()[b].pose.matrix() - other.solids()[2 - b].pose.matrix()).norm(), 1e-9)
           << step << ", " << b;
@@ -162,11 +162,11 @@ TEST(SolidContact, SpringsAreSavedAndRestored) {
   const Scene scene = Meeting();
   Bodies bodies(scene, kStep), other(scene, kStep);
   const std::vector<Wrench> none(3);
-  for (int step = 0; step < 1000; ++step) bodies.Step(none);
+  for (int step = 0; step < 1000; ++step) bodies.Step(0, none);
   ASSERT_TRUE(other.Restore(bodies.Save()));
   for (int step = 0; step < 1000; ++step) {
-    bodies.Step(none);
-    other.Step(none);
+    bodies.Step(0, none);
+    other.Step(0, none);
   }
   EXPECT_EQ(bodies.Save(), other.Save());
   std::vector<double> longer = bodies.Save();

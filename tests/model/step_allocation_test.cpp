@@ -18,6 +18,9 @@ TEST(Stepper, AllocatesNothingPerStep) {
   scene.gripper->pull_rate = 0.5;
   SceneObject bar;
   bar.body = {{-0.1, 0, -0.15}, {0.1, 0, -0.15}, 0.02};
+  bar.shape = {{PrimitiveKind::kCapsule, 0.02, {0, 0, 0.1}}};
+  bar.pose.translation() = Eigen::Vector3d(0, 0, -0.15);
+  bar.pose.linear() << 0, 0, 1, 0, 1, 0, -1, 0, 0;
   scene.objects = {bar};
   for (const SimulationLevel level : {SimulationLevel::kPaper, SimulationLevel::kStandard}) {
     scene.level = level;

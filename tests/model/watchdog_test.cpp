@@ -51,7 +51,7 @@ TEST(Watchdog, NamesTheDeepestOverlapTheFarthestTurnAndTheFastest) {
   const std::vector<Driven> rods = MakeRods(scene, 0).value();
   std::vector<Rod> at{rods[0].rod, rods[1].rod};
   at[1].position.row(2).setConstant(0.005);
-  const Divergence deepest = FindDeepest(rods, at, {});
+  const Divergence deepest = FindDeepest(scene, rods, at, {});
   EXPECT_EQ(deepest.rod, "upper");
   EXPECT_EQ(deepest.element, 9) << deepest.why;  // of 20 over 0.3 m, at y = 0
   EXPECT_NE(deepest.why.find("lower, element 10"), std::string::npos) << deepest.why;
