@@ -101,7 +101,7 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
   }
   const Vector3d hung = place(hangs);
   // Without gravity anything may float off upward: it has to come along.
-  const double least = scene.gravity.norm() > 0 ? 0 : 0.5 * options.height;
+  const double least = scene.gravity.norm() > 0 ? options.least_rise : 0.5 * options.height;
   const bool lifted = result.rise > least && up.dot(hung - start) > settled - 0.1 * options.height;
   const double lost_depth = options.lost_share * options.height;
   double lost_at = std::numeric_limits<double>::quiet_NaN(), touched_last = times.test;

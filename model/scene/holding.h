@@ -30,6 +30,8 @@ struct HoldingOptions {
   int strikes_a_side = 15;
   double strike_every = 1;                      // s
   double release_rate = 0.1, release_wait = 2;  // 1/s, s
+  // What hangs on its string trembles: above its start is what is above it by this, m.
+  double least_rise = 0.01;
   // It is lost when it has sunk by this share of the height since the lift.
   double lost_share = 0.5;
 };
