@@ -95,7 +95,7 @@ Result<std::vector<CurveSeries>> ReadCurves(const std::filesystem::path& file) {
 }
 
 Status WriteCurves(const std::filesystem::path& file, std::span<const CurveSeries> curves,
-                   const std::string& source) {
+                   const std::string& source, std::span<const ObjectSeries> objects) {
   std::set<std::string> names;
   for (const CurveSeries& series : curves) {
     if (!IsName(series.name) || !names.insert(series.name).second) {
@@ -109,11 +109,26 @@ Status WriteCurves(const std::filesystem::path& file, std::span<const CurveSerie
                    fmt::format("{}: curve '{}' has {}", file.string(), series.name, problem)};
     }
   }
+  names.clear();
+  for (const ObjectSeries& object : objects) {
+    const std::size_t frames = curves.empty() ? 0 : curves.front().curves.size();
+    if (!IsName(object.name) || !names.insert(object.name).second) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: object name '{}': expected names that differ, without comma, slash or "
+                               "control character",
+                               file.string(), object.name)};
+    }
+    if (object.poses.size() != frames || object.forces.size() != frames) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: object '{}' has {} poses and {} forces for {} frames", file.string(),
+                               object.name, object.poses.size(), object.forces.size(), frames)};
+    }
+  }
   switch (FormatOf(file)) {
     case Format::kCsv:
       return WriteCurvesCsv(file, curves);
     case Format::kHdf5:
-      return WriteCurvesHdf5(file, curves, source);
+      return WriteCurvesHdf5(file, curves, source, objects);
     case Format::kUnknown:
       break;
   }

@@ -173,7 +173,8 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
   return good;
 }
 
-bool WriteAll(hid_t file, std::span<const CurveSeries> curves, const std::string& source) {
+bool WriteAll(hid_t file, std::span<const CurveSeries> curves, std::span<const ObjectSeries> objects,
+              const std::string& source) {
   const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   const Handle all(H5Gcreate2(file, "curve", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
@@ -184,7 +185,7 @@ bool WriteAll(hid_t file, std::span<const CurveSeries> curves, const std::string
                        H5Gclose);
     good = group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series);
   }
-  return good;
+  return good && (objects.empty() || WriteObjects(file, objects, curves[0].time, source));
 }
 
 }  // namespace
@@ -216,9 +217,9 @@ Result<std::vector<CurveSeries>> ReadCurvesHdf5(const std::filesystem::path& pat
 }
 
 Status WriteCurvesHdf5(const std::filesystem::path& path, std::span<const CurveSeries> curves,
-                       const std::string& source) {
+                       const std::string& source, std::span<const ObjectSeries> objects) {
   if (curves.empty()) return Error{ErrorKind::kBadInput, path.string() + ": no curve to write"};
-  const auto image = hdf5::MakeFile([&](hid_t file) { return WriteAll(file, curves, source); });
+  const auto image = hdf5::MakeFile([&](hid_t file) { return WriteAll(file, curves, objects, source); });
   if (!image.ok()) return Error(image.error()).Within(path.string());
   return WriteText(path, image.value());
 }

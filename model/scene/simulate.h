@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/geometry/framed_curve.h"
+#include "model/objects/object_series.h"
 #include "model/progress.h"
 #include "model/result.h"
 #include "model/scene/plan.h"
@@ -17,16 +18,9 @@
 
 namespace tendril {
 
-// An object of the scene, at the times of the curves.
-struct ObjectSeries {
-  std::string name;
-  std::vector<Eigen::Isometry3d> poses;  // lab_from_object
-  std::vector<Eigen::Vector3d> forces;   // of rods on it, N
-};
-
 struct Simulated {
   std::vector<CurveSeries> curves;     // a rod each, at the times asked for and reached
-  std::vector<ObjectSeries> objects;   // one each
+  std::vector<ObjectSeries> objects;   // of the scene, one each, at the same times
   std::int64_t steps = 0;              // made in all; of kStatic: equilibria found
   double time_step = 0;                // s, taken; 0 of kStatic
   bool stopped = false;                // the progress said so; curves up to there
