@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "db/lab.h"
 #include "db/provenance.h"
@@ -11,6 +12,21 @@
 #include "model/result.h"
 
 namespace tendril {
+
+// How the grasp that a simulation made was tested (model/scene/holding.h).
+struct HoldingRow {
+  std::string test{};   // lift, load, strike, release
+  bool lifted = false;  // rose with the carrier and stayed
+  bool held = false;    // what the test asks; of release: let go
+  double rise_m = kNotKnown;
+  double shift_m = kNotKnown;
+  double payload_kg = kNotKnown;  // of load
+  bool payload_is_least = false;  // the largest load did not slip it
+  double payload_by_rods_mass = kNotKnown;
+  std::optional<std::int64_t> strikes{};  // of strike: that it withstood
+  double release_s = kNotKnown;           // of release
+  std::string rule{};                     // what counts as success, in words
+};
 
 struct SimulationRow {
   std::string scene_name{};
@@ -27,12 +43,24 @@ struct SimulationRow {
   double least_axis_share = kNotKnown;
   double longest_move_m = kNotKnown;
   std::optional<bool> nothing_passed{};
-  std::string divergence{};  // empty: it did not diverge
+  std::string divergence{};           // empty: it did not diverge
+  std::vector<std::string> doubts{};  // why it is not trusted, a line each; none: it is
+  double longest_stick_share = kNotKnown;
+  double friction = kNotKnown;  // of the scene's contact
+  std::string medium{};         // as the trial's; empty: not known
+  std::optional<HoldingRow> holding{};
 };
 
-// Replaces the trial's row; the scene is found by its text or added.
+// Replaces the trial's row and that of its test of holding; the scene is found by its text or added.
 //   errors  kNotFound no such trial; kBadInput provenance or terms that are no JSON; kIo
 Status StoreSimulation(Lab& lab, const std::string& id, const SimulationRow& row,
                        const Provenance& provenance);
+
+// Of a trial, with what was read of its scene; none: it is no simulation.
+struct StoredSimulation {
+  SimulationRow row;
+  bool trusted = true;
+};
+Result<std::optional<StoredSimulation>> LoadSimulation(Lab& lab, const std::string& id);
 
 }  // namespace tendril

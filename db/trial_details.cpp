@@ -119,6 +119,9 @@ Result<TrialDetails> TrialDetailsOf(Lab& lab, const std::string& id) {
     return Ok{};
   });
   if (!read.ok()) return read.error();
+  Result<std::optional<StoredSimulation>> simulation = LoadSimulation(lab, id);
+  if (!simulation.ok()) return simulation.error();
+  details.simulation = std::move(simulation).value();
   return details;
 }
 

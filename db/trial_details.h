@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "db/lab.h"
+#include "db/simulation_store.h"
 #include "db/trial_query.h"
 #include "model/result.h"
 
@@ -45,6 +46,7 @@ struct TrialDetails {
   std::vector<RecordedFile> files;
   std::vector<DerivedResult> results;
   std::vector<TrialEvent> events;  // oldest first
+  std::optional<StoredSimulation> simulation;
 };
 
 //   errors  kNotFound no such trial

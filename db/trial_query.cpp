@@ -65,7 +65,7 @@ Result<const Column*> ColumnOf(const std::string& option, const std::string& nam
 
 constexpr const char* kOverview =
     "SELECT trial_id, label, kind, state, started_ns, design, object, medium, distance_m, pull, voided, "
-    "grasped "
+    "grasped, trusted "
     "FROM trial_overview";
 
 TrialOverview OverviewOf(SQLite::Statement& row) {
@@ -82,7 +82,51 @@ TrialOverview OverviewOf(SQLite::Statement& row) {
   trial.pull = row.getColumn(9).getDouble();
   trial.voided = row.getColumn(10).getInt() != 0;
   if (!row.getColumn(11).isNull()) trial.grasped = row.getColumn(11).getInt() != 0;
+  trial.trusted = row.getColumn(12).getInt() != 0;
   return trial;
+}
+
+// `where` and kind of a question as SQL, with what is to be bound.
+struct Condition {
+  std::string sql = "kind = ?";
+  std::vector<std::pair<std::optional<double>, std::string>> values{};  // a number, or the text
+
+  void BindTo(SQLite::Statement& query) const {
+    int at = 0;
+    for (const auto& [number, text] : values) {
+      ++at;
+      if (number) {
+        BindOne(query, at, *number);
+      } else {
+        BindOne(query, at, text);
+      }
+    }
+  }
+};
+
+// Numbers are compared and grouped to 9 decimals: 0.15 typed by two programs is one distance.
+Result<Condition> ConditionOf(const RateQuestion& question) {
+  Condition condition;
+  condition.values.emplace_back(std::nullopt, NameOf(question.kind));
+  for (const auto& [name, value] : question.where) {
+    const auto found = ColumnOf("--where", name);
+    if (!found.ok()) return found.error();
+    const Column& column = *found.value();
+    if (!column.key.is_number) {
+      condition.sql += fmt::format(" AND {} = ?", column.column);
+      condition.values.emplace_back(std::nullopt, value);
+      continue;
+    }
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(number)) {
+      return Error{ErrorKind::kBadInput, fmt::format("--where {}={}: expected a number{}{}", name, value,
+                                                     column.key.unit.empty() ? "" : " in ", column.key.unit)};
+    }
+    condition.sql += fmt::format(" AND round({}, 9) = round(?, 9)", column.column);
+    condition.values.emplace_back(number, "");
+  }
+  return condition;
 }
 
 }  // namespace
@@ -155,7 +199,6 @@ const std::vector<RateKey>& RateKeys() {
 }
 
 Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& question) {
-  // Numbers are compared and grouped to 9 decimals: 0.15 typed by two programs is one distance.
   std::vector<std::string> by;
   std::vector<const Column*> columns;
   for (const std::string& name : question.by) {
@@ -165,43 +208,17 @@ Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& questio
     by.push_back(column.value()->key.is_number ? fmt::format("round({}, 9)", column.value()->column)
                                                : column.value()->column);
   }
-  std::string where = "kind = ?";
-  std::vector<std::pair<const Column*, double>> numbers;
-  for (const auto& [name, value] : question.where) {
-    const auto found = ColumnOf("--where", name);
-    if (!found.ok()) return found.error();
-    const Column& column = *found.value();
-    double number = 0;
-    if (column.key.is_number) {
-      const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-      if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(number)) {
-        return Error{ErrorKind::kBadInput,
-                     fmt::format("--where {}={}: expected a number{}{}", name, value,
-                                 column.key.unit.empty() ? "" : " in ", column.key.unit)};
-      }
-      where += fmt::format(" AND round({}, 9) = round(?, 9)", column.column);
-    } else {
-      where += fmt::format(" AND {} = ?", column.column);
-    }
-    numbers.emplace_back(&column, number);
-  }
+  const Result<Condition> condition = ConditionOf(question);
+  if (!condition.ok()) return condition.error();
   const std::string list = fmt::format("{}", fmt::join(by, ", "));
-  const std::string sql =
-      fmt::format("SELECT count(*), coalesce(sum(grasped), 0){}{} FROM grasp_rate_input WHERE {} {} {}",
-                  by.empty() ? "" : ", ", list, where, by.empty() ? "" : "GROUP BY " + list,
-                  by.empty() ? "" : "ORDER BY " + list);
+  const std::string sql = fmt::format(
+      "SELECT count(*), coalesce(sum(grasped), 0){}{} FROM {} WHERE {} {} {}", by.empty() ? "" : ", ", list,
+      question.include_untrusted ? "judged_trial" : "grasp_rate_input", condition.value().sql,
+      by.empty() ? "" : "GROUP BY " + list, by.empty() ? "" : "ORDER BY " + list);
   std::vector<RateGroup> groups;
   const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
     SQLite::Statement query(db, sql);
-    BindOne(query, 1, NameOf(question.kind));
-    for (size_t i = 0; i < numbers.size(); ++i) {
-      const int at = static_cast<int>(i) + 2;
-      if (numbers[i].first->key.is_number) {
-        BindOne(query, at, numbers[i].second);
-      } else {
-        BindOne(query, at, question.where[i].second);
-      }
-    }
+    condition.value().BindTo(query);
     while (query.executeStep()) {
       RateGroup group;
       group.trials = query.getColumn(0).getInt64();
@@ -218,6 +235,23 @@ Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& questio
   });
   if (!read.ok()) return read.error();
   return groups;
+}
+
+Result<std::int64_t> CountLeftOut(Lab& lab, const RateQuestion& question) {
+  const Result<Condition> condition = ConditionOf(question);
+  if (!condition.ok()) return condition.error();
+  if (question.include_untrusted) return std::int64_t{0};
+  std::int64_t count = 0;
+  const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
+    SQLite::Statement query(
+        db, "SELECT count(*) FROM judged_trial WHERE NOT trusted AND " + condition.value().sql);
+    condition.value().BindTo(query);
+    query.executeStep();
+    count = query.getColumn(0).getInt64();
+    return Ok{};
+  });
+  if (!read.ok()) return read.error();
+  return count;
 }
 
 Result<std::vector<std::pair<TrialKind, std::int64_t>>> JudgedByKind(Lab& lab) {

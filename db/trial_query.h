@@ -30,6 +30,7 @@ struct TrialOverview {
   double pull = 0;
   bool voided = false;
   std::optional<bool> grasped{};  // the outcome that counts; none: not judged
+  bool trusted = true;            // false: a simulation whose contacts speak against it
 };
 
 struct TrialFilter {
@@ -55,6 +56,7 @@ struct RateQuestion {
   std::vector<std::string> by{};                             // names of RateKeys()
   std::vector<std::pair<std::string, std::string>> where{};  // (name, value)
   TrialKind kind = TrialKind::kReal;
+  bool include_untrusted = false;  // count simulations that are not trusted, too
 };
 
 // A name that `by` and `where` take.
@@ -65,11 +67,17 @@ struct RateKey {
 };
 const std::vector<RateKey>& RateKeys();  // design, object, medium, distance, pull, ...
 
-// Success counts over trials of that kind that are recorded or degraded, judged and not void.
+// Success counts over trials of that kind that are recorded or degraded, judged, not void and, unless asked
+// for, not of simulations that are not trusted.
 //   errors  kBadInput an unknown name (suggests the nearest), a value of `where` that is not a number
 Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& question);
 
-// How many trials count for a rate, by kind: for "this lab has no real trial, but 12 virtual ones".
+// How many trials that fit the question's `where` and kind are left out because they are not trusted: 0 where
+// they are included.
+//   errors  as CountGrasps
+Result<std::int64_t> CountLeftOut(Lab& lab, const RateQuestion& question);
+
+// How many trusted trials count for a rate, by kind: for "this lab has no real trial, but 12 virtual ones".
 Result<std::vector<std::pair<TrialKind, std::int64_t>>> JudgedByKind(Lab& lab);
 
 }  // namespace tendril

@@ -214,6 +214,29 @@ TEST(Lab, OfEveryReleasedSchemaComesToTheNewestWithAllItHad) {
   }
 }
 
+// A simulation of before counts as trusted unless what it kept speaks against it.
+TEST(Lab, SimulationsOfBeforeAreDoubtedByTheRuleOfNow) {
+  const auto dump = ReadText(std::filesystem::path(TENDRIL_SOURCE_DIR) / "tests/data/db/schema_2.sql");
+  ASSERT_TRUE(dump.ok()) << dump.error().message;
+  const auto after = [&](const std::string& change) {
+    const TemporaryFolder folder;
+    {
+      auto db = Connection::Open(folder / "lab.db", Connection::Mode::kCreate);
+      db.value().handle().exec("PRAGMA foreign_keys = OFF");
+      db.value().handle().exec(dump.value());
+      db.value().handle().exec("UPDATE simulation SET " + change);
+    }
+    auto lab = Lab::Open(folder.path());
+    return Ask(lab.value().db(), "SELECT trusted || ':' || replace(doubts, char(10), '|') FROM simulation");
+  };
+  EXPECT_EQ(after("least_axis_share = 0.92"), "1:");
+  EXPECT_EQ(after("least_axis_share = NULL, nothing_passed = NULL"), "1:") << "not looked at is no doubt";
+  EXPECT_EQ(after("least_axis_share = 0.875"), "1:") << "a quarter of a radius is still believed";
+  EXPECT_EQ(after("least_axis_share = 0.85"), "0:bodies overlap by 30 % of a radius");
+  EXPECT_EQ(after("nothing_passed = 0, divergence = 'at 3 s'"),
+            "0:a body may have passed through another|it diverged");
+}
+
 // Every block of SQL in docs/database.md runs on a lab.
 TEST(Docs, QueriesOfTheDatabasePageRun) {
   const std::filesystem::path source = TENDRIL_SOURCE_DIR;

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -317,6 +318,101 @@ TEST_F(Store, ASimulationIsReplacedAndScenesAreFoundByTheirText) {
   row.level = "slow";
   EXPECT_FALSE(StoreSimulation(lab(), a, row, made).ok());
   EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "2") << "the row before is kept";
+}
+
+TEST_F(Store, ASimulationIsReadAsItWasStored) {
+  TrialSpec spec;
+  spec.kind = TrialKind::kSimulated;
+  const std::string a = Begin(spec), b = Begin(spec);
+  const Provenance made{"tendril 0.1.0", "{}", {}};
+  SimulationRow row;
+  row.scene_name = "ball";
+  row.scene_toml = "duration = 1";
+  row.level = "fast";
+  row.doubts = {"bodies overlap by 30 % of a radius", "it diverged"};
+  row.longest_stick_share = 0.02;
+  row.friction = 0.4;
+  row.medium = "water";
+  row.holding.emplace();
+  row.holding->test = "strike";
+  row.holding->lifted = true;
+  row.holding->rise_m = -0.01;
+  row.holding->strikes = 7;
+  row.holding->rule = "still there after all strikes";
+  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
+  const auto read = LoadSimulation(lab(), a);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_TRUE(read.value().has_value());
+  EXPECT_FALSE(read.value()->trusted);
+  const SimulationRow& got = read.value()->row;
+  EXPECT_EQ(got.doubts, row.doubts);
+  EXPECT_EQ(got.friction, 0.4);
+  EXPECT_EQ(got.medium, "water");
+  EXPECT_EQ(got.longest_stick_share, 0.02);
+  EXPECT_FALSE(got.nothing_passed.has_value());
+  ASSERT_TRUE(got.holding.has_value());
+  EXPECT_EQ(got.holding->strikes, 7);
+  EXPECT_EQ(got.holding->rise_m, -0.01);
+  EXPECT_TRUE(std::isnan(got.holding->payload_kg));
+  EXPECT_TRUE(got.holding->lifted && !got.holding->held);
+
+  // Without a test and without doubts, in the place of the row before.
+  row.holding.reset();
+  row.doubts.clear();
+  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
+  EXPECT_TRUE(LoadSimulation(lab(), a).value()->trusted);
+  EXPECT_EQ(Ask("SELECT count(*) FROM holding"), "0");
+  EXPECT_FALSE(LoadSimulation(lab(), b).value().has_value());
+  row.holding.emplace().test = "shove";
+  EXPECT_FALSE(StoreSimulation(lab(), b, row, made).ok());
+  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "1") << "all or nothing";
+}
+
+TEST_F(Store, SimulationsThatAreNotTrustedCountWhereAskedForOnly) {
+  const auto simulated = [&](bool grasped, bool trusted, const std::string& medium) {
+    TrialSpec spec;
+    spec.kind = TrialKind::kSimulated;
+    spec.medium = medium;
+    const std::string id = Begin(spec);
+    SimulationRow row;
+    row.scene_toml = "duration = 1";
+    row.level = "standard";
+    if (!trusted) row.doubts = {"bodies overlap by 30 % of a radius"};
+    EXPECT_TRUE(StoreSimulation(lab(), id, row, {"tendril 0.1.0", "{}", {}}).ok());
+    EXPECT_TRUE(SetTrialState(lab(), id, TrialState::kRecorded).ok());
+    Judge(id, grasped, "rule", false);
+    return id;
+  };
+  simulated(true, true, "air");
+  simulated(false, true, "water");
+  const std::string doubted = simulated(true, false, "air");
+  Judged(true, TrialSpec());  // a real one
+  RateQuestion question{.kind = TrialKind::kSimulated};
+  const auto counted = [&] {
+    const auto groups = CountGrasps(lab(), question);
+    EXPECT_TRUE(groups.ok()) << groups.error().message;
+    return groups.value().empty() ? std::pair<std::int64_t, std::int64_t>{}
+                                  : std::pair{groups.value()[0].grasped, groups.value()[0].trials};
+  };
+  EXPECT_EQ(counted(), std::pair(std::int64_t{1}, std::int64_t{2}));
+  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
+  // A person's judgement says what happened, not whether the physics can be believed.
+  Judge(doubted, true, "ada", true);
+  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
+  question.where = {{"medium", "water"}};
+  EXPECT_EQ(CountLeftOut(lab(), question).value(), 0) << "none of those in water";
+  question.where = {{"pull", "0.3"}};
+  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
+  question.where.clear();
+  question.include_untrusted = true;
+  EXPECT_EQ(counted(), std::pair(std::int64_t{2}, std::int64_t{3}));
+  EXPECT_EQ(CountLeftOut(lab(), question).value(), 0);
+  question = {.where = {{"distance", "near"}}};
+  EXPECT_FALSE(CountLeftOut(lab(), question).ok());
+  const auto trials = ListTrials(lab(), {.kind = TrialKind::kSimulated});
+  EXPECT_FALSE(trials.value()[2].trusted);
+  EXPECT_TRUE(trials.value()[0].trusted);
+  EXPECT_EQ(Ask("SELECT sum(trusted) FROM grasp_rate_input"), "3") << "the real one, and two simulated";
 }
 
 TEST_F(Store, DerivedRowsThatCannotBeAreRefusedWhole) {
