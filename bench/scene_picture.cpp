@@ -23,7 +23,9 @@ ScenePicture Octagon() {
     }
     picture.tubes.push_back(tube);
   }
-  picture.solids = {{.start = {-0.14, 0, -0.15}, .end = {0.14, 0, -0.15}, .radius = 0.0225}};
+  picture.objects = {{.shape = {{.kind = PrimitiveKind::kCapsule, .radius = 0.0225, .half = {0, 0, 0.14}}}}};
+  picture.objects[0].pose =
+      Eigen::Translation3d(0, 0, -0.15) * Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitY());
   return picture;
 }
 

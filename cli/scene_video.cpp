@@ -30,8 +30,18 @@ Status Check(const SceneFilm& film, const fs::path& file, const std::string& ext
   if (film.radius.size() != film.curves.size()) {
     return Bad(file, fmt::format("radii of {} rods; expected {}", film.radius.size(), film.curves.size()));
   }
-  if (!film.lines.empty() && film.lines.size() != frames) {
-    return Bad(file, fmt::format("words for {} frames; expected {}", film.lines.size(), frames));
+  const auto fits = [&](std::size_t count) { return count == 0 || count == frames; };
+  if (!fits(film.lines.size()) || !fits(film.phases.size()) || !fits(film.carrier.size())) {
+    return Bad(file, fmt::format("words for {} frames, phases for {}, the carrier at {}; expected {} or none",
+                                 film.lines.size(), film.phases.size(), film.carrier.size(), frames));
+  }
+  if (film.poses.size() > film.objects.size()) {
+    return Bad(file, fmt::format("poses of {} objects; expected {}", film.poses.size(), film.objects.size()));
+  }
+  for (const std::vector<Eigen::Isometry3d>& poses : film.poses) {
+    if (!fits(poses.size())) {
+      return Bad(file, fmt::format("{} poses of an object; expected {} or none", poses.size(), frames));
+    }
   }
   for (std::size_t rod = 0; rod < film.curves.size(); ++rod) {
     const CurveSeries& series = film.curves[rod];
@@ -47,6 +57,19 @@ Status Check(const SceneFilm& film, const fs::path& file, const std::string& ext
   return Ok{};
 }
 
+constexpr double kCarrierThickness = 0.006;  // m
+
+// It is drawn straight, taut or not; where it comes from is often far above the scene, so it may run out of
+// the picture.
+Wire StringOf(const SceneObject& object, const Eigen::Isometry3d& pose) {
+  Wire wire{.points = Eigen::Matrix3Xd(3, 2), .in_view = false};
+  wire.points.col(0) = object.string.from;
+  wire.points.col(1) = pose * object.string.to_in_body;
+  constexpr double kTaut = 0.999;  // of its length
+  wire.pale = (wire.points.col(1) - wire.points.col(0)).norm() < kTaut * object.string.length;
+  return wire;
+}
+
 ScenePicture PictureOf(const SceneFilm& film, std::size_t frame) {
   ScenePicture picture{.title = film.name, .time = film.curves[0].time[static_cast<Eigen::Index>(frame)]};
   for (std::size_t rod = 0; rod < film.curves.size(); ++rod) {
@@ -54,14 +77,17 @@ ScenePicture PictureOf(const SceneFilm& film, std::size_t frame) {
                              .radius = film.radius[rod],
                              .name = film.curves[rod].name});
   }
-  for (const SceneObject& object : film.objects) {
-    const FixedBody& body = object.body;
-    const bool sphere = object.kind == "sphere" || body.start == body.end;
-    picture.solids.push_back({.kind = sphere ? Solid::Kind::kSphere : Solid::Kind::kCapsule,
-                              .start = body.start,
-                              .end = body.end,
-                              .radius = body.radius});
+  for (std::size_t o = 0; o < film.objects.size(); ++o) {
+    const SceneObject& object = film.objects[o];
+    const bool moved = o < film.poses.size() && !film.poses[o].empty();
+    const Eigen::Isometry3d& pose = moved ? film.poses[o][frame] : object.pose;
+    picture.objects.push_back({.shape = object.shape, .pose = pose, .name = object.name});
+    if (object.motion == ObjectMotion::kHanging) picture.wires.push_back(StringOf(object, pose));
   }
+  if (!film.carrier.empty()) {
+    picture.wires.push_back({.points = film.carrier[frame], .radius = kCarrierThickness / 2});
+  }
+  if (!film.phases.empty()) picture.phase = film.phases[frame];
   if (!film.lines.empty()) picture.lines = film.lines[frame];
   return picture;
 }
@@ -78,10 +104,11 @@ double SlownessOf(const Eigen::VectorXd& time) {
 // Draws pictures in turn, some ahead of the one that is asked for, each on a thread of its own.
 class FramesAhead {
  public:
-  FramesAhead(const std::vector<ScenePicture>& pictures, const SceneView& view) : pictures_(pictures) {
+  FramesAhead(const std::vector<ScenePicture>& pictures, const std::vector<SceneView>& views)
+      : pictures_(pictures), views_(views) {
     constexpr std::size_t kMost = 8;  // a painter holds up to 80 MB
     const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMost);
-    for (std::size_t i = 0; i < std::min(threads, pictures.size()); ++i) painters_.emplace_back(view);
+    for (std::size_t i = 0; i < std::min(threads, pictures.size()); ++i) painters_.emplace_back(views[i]);
     for (std::size_t i = 0; i < painters_.size(); ++i) Begin(i);
   }
 
@@ -97,11 +124,15 @@ class FramesAhead {
  private:
   void Begin(std::size_t frame) {
     ScenePainter& painter = painters_[frame % painters_.size()];
-    drawn_.push_back(std::async(std::launch::async,
-                                [&painter, &picture = pictures_[frame]] { return painter.Draw(picture); }));
+    drawn_.push_back(
+        std::async(std::launch::async, [&painter, &picture = pictures_[frame], &view = views_[frame]] {
+          painter.LookFrom(view);
+          return painter.Draw(picture);
+        }));
   }
 
   const std::vector<ScenePicture>& pictures_;
+  const std::vector<SceneView>& views_;
   std::size_t next_ = 0;
   std::vector<ScenePainter> painters_;
   std::deque<std::future<cv::Mat>> drawn_;  // ends before the painters do: a future waits for its thread
@@ -142,12 +173,12 @@ Status WriteSceneVideo(const SceneFilm& film, const fs::path& file, const Progre
       pictures.push_back(PictureOf(film, frame));
       if (slowness > 1) pictures.back().lines.push_back(fmt::format("shown {:.3g} times slower", slowness));
     }
-    const SceneView view = FitView(pictures, kWidth, kHeight);
+    const std::vector<SceneView> views = FollowViews(pictures, time, kWidth, kHeight);
     return WriteBeside(file, [&](const fs::path& beside) -> Status {
       Result<FilmWriter> writer = FilmWriter::Open(beside, kWidth, kHeight);
       if (!writer.ok()) return writer.error();
       const std::size_t frames = pictures.size();
-      FramesAhead ahead(pictures, view);
+      FramesAhead ahead(pictures, views);
       for (std::size_t frame = 0; frame < frames; ++frame) {
         const double shown_at = (time[static_cast<Eigen::Index>(frame)] - time[0]) * slowness;
         if (Status s = writer.value().Write(ahead.Next(), shown_at); !s.ok()) return s;

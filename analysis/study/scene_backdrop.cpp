@@ -27,6 +27,52 @@ Eigen::Vector3d RayOf(const SceneView& view, double x, double y) {
   return view.camera_from_lab.linear().transpose() * in_camera;
 }
 
+constexpr double kSoft = 0.010, kFootSoft = 0.022;  // of the light's picture
+constexpr double kFootRange = 0.10;                 // of the scene's reach
+
+// What is hidden from a light, 255 all of it, with an edge `soft` of the light's picture wide; each ray that
+// meets something counts as its depth does, 0 .. 1.
+template <class Weigh>
+cv::Mat HiddenFrom(const SceneView& light, const SceneRaster& seen, double soft, const Weigh& weigh) {
+  cv::Mat hidden(light.height_px, light.width_px, CV_8UC1, cv::Scalar(0));
+  for (int y = seen.top; y < seen.bottom; ++y) {
+    auto* row = hidden.ptr<std::uint8_t>(y);
+    for (int x = seen.left; x < seen.right; ++x) {
+      const std::size_t at = seen.At(x, y);
+      if (seen.piece[at] >= 0) row[x] = static_cast<std::uint8_t>(std::lround(255 * weigh(seen.depth[at])));
+    }
+  }
+  cv::GaussianBlur(hidden, hidden, {}, soft * light.width_px);
+  return hidden;
+}
+
+// What a light sees of the floor, as the view does.
+cv::Mat OnFloor(const cv::Mat& hidden, const SceneView& light, const SceneView& view) {
+  // A pixel's ray d meets the floor at e + d (floor - e_z) / d_z; times d_z, that is linear in d, so pixels
+  // go to the light's picture by a homography.
+  const Eigen::Matrix3d turn = view.camera_from_lab.linear();
+  const Eigen::Vector3d eye = view.camera_from_lab.inverse().translation();
+  const auto inner = [](const SceneView& v) {
+    Eigen::Matrix3d k;
+    k << v.focal_px, 0, v.center_x_px, 0, v.focal_px, v.center_y_px, 0, 0, 1;
+    return k;
+  };
+  Eigen::Matrix3d on_floor = Eigen::Matrix3d::Identity() * (view.floor_z - eye.z());
+  on_floor.col(2) += eye;
+  const Eigen::RowVector3d down = Eigen::RowVector3d::UnitZ();
+  const Eigen::Matrix3d to_light =
+      inner(light) *
+      (light.camera_from_lab.linear() * on_floor + light.camera_from_lab.translation() * down) *
+      turn.transpose() * inner(view).inverse();
+  const Eigen::Matrix3d scaled = to_light / to_light.norm();
+  const cv::Matx33d map(scaled(0, 0), scaled(0, 1), scaled(0, 2), scaled(1, 0), scaled(1, 1), scaled(1, 2),
+                        scaled(2, 0), scaled(2, 1), scaled(2, 2));
+  cv::Mat seen;
+  cv::warpPerspective(hidden, seen, map, {view.width_px, view.height_px},
+                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+  return seen;
+}
+
 }  // namespace
 
 double RoundLength(double length) {
@@ -37,7 +83,11 @@ double RoundLength(double length) {
 
 Backdrop PaintBackdrop(const SceneView& view) {
   const Eigen::Vector3d wall_high(0.885, 0.900, 0.920), wall_low(0.965, 0.968, 0.972);  // blue last below
-  const Eigen::Vector3d ground(0.905, 0.905, 0.900), line(0.770, 0.780, 0.795);
+  const bool table = view.floor_is_table;
+  const Eigen::Vector3d ground =
+      table ? Eigen::Vector3d(0.882, 0.858, 0.815) : Eigen::Vector3d(0.905, 0.905, 0.900);
+  const Eigen::Vector3d line =
+      table ? Eigen::Vector3d(0.745, 0.710, 0.655) : Eigen::Vector3d(0.770, 0.780, 0.795);
   const Eigen::Vector3d eye = view.camera_from_lab.inverse().translation();
   Backdrop backdrop{.color = cv::Mat(view.height_px, view.width_px, CV_8UC3),
                     .floor = cv::Mat(view.height_px, view.width_px, CV_8UC1, cv::Scalar(0)),
@@ -82,46 +132,31 @@ Backdrop PaintBackdrop(const SceneView& view) {
 }
 
 cv::Mat WithShadow(const Backdrop& backdrop, const SceneView& view, const SceneLights& lights,
-                   const SceneRaster& seen_by_key) {
-  const SceneView& key = lights.from_key;
-  cv::Mat hidden(key.height_px, key.width_px, CV_8UC1, cv::Scalar(0));
-  for (int y = seen_by_key.top; y < seen_by_key.bottom; ++y) {
-    auto* row = hidden.ptr<std::uint8_t>(y);
-    for (int x = seen_by_key.left; x < seen_by_key.right; ++x) {
-      if (seen_by_key.piece[seen_by_key.At(x, y)] >= 0) row[x] = 255;
-    }
+                   const SceneRaster& seen_by_key, const SceneRaster& seen_from_below) {
+  const cv::Mat shadow = OnFloor(HiddenFrom(lights.from_key, seen_by_key, kSoft, [](float) { return 1.0F; }),
+                                 lights.from_key, view);
+  // What touches a table keeps the sky's light from around its foot.
+  cv::Mat foot(shadow.size(), CV_8UC1, cv::Scalar(0));
+  if (view.floor_is_table) {
+    const auto range = static_cast<float>(kFootRange * view.reach);
+    const auto ground = static_cast<float>(DepthOf(lights.from_below, {0, 0, view.floor_z}));
+    foot = OnFloor(HiddenFrom(lights.from_below, seen_from_below, kFootSoft,
+                              [&](float depth) {
+                                const float clear = std::clamp(1 - (depth - ground) / range, 0.0F, 1.0F);
+                                return clear * clear;
+                              }),
+                   lights.from_below, view);
   }
-  cv::GaussianBlur(hidden, hidden, {}, 0.010 * key.width_px);
-
-  // A pixel's ray d meets the floor at e + d (floor - e_z) / d_z; times d_z, that is linear in d, so pixels
-  // go to the light's picture by a homography.
-  const Eigen::Matrix3d turn = view.camera_from_lab.linear();
-  const Eigen::Vector3d eye = view.camera_from_lab.inverse().translation();
-  const auto inner = [](const SceneView& v) {
-    Eigen::Matrix3d k;
-    k << v.focal_px, 0, v.center_x_px, 0, v.focal_px, v.center_y_px, 0, 0, 1;
-    return k;
-  };
-  Eigen::Matrix3d on_floor = Eigen::Matrix3d::Identity() * (view.floor_z - eye.z());
-  on_floor.col(2) += eye;
-  const Eigen::RowVector3d down = Eigen::RowVector3d::UnitZ();
-  const Eigen::Matrix3d to_key =
-      inner(key) * (key.camera_from_lab.linear() * on_floor + key.camera_from_lab.translation() * down) *
-      turn.transpose() * inner(view).inverse();
-  const Eigen::Matrix3d scaled = to_key / to_key.norm();
-  const cv::Matx33d map(scaled(0, 0), scaled(0, 1), scaled(0, 2), scaled(1, 0), scaled(1, 1), scaled(1, 2),
-                        scaled(2, 0), scaled(2, 1), scaled(2, 2));
-  cv::Mat shadow;
-  cv::warpPerspective(hidden, shadow, map, backdrop.color.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
 
   cv::Mat picture = backdrop.color.clone();
-  constexpr int kDark = 72;  // of 256, under a full shadow
+  constexpr int kDark = 72, kFootDark = 130;  // of 256, under a full shadow
   for (int y = 0; y < picture.rows; ++y) {
-    const auto* from = shadow.ptr<std::uint8_t>(y);
+    const auto* from_key = shadow.ptr<std::uint8_t>(y);
+    const auto* from_foot = foot.ptr<std::uint8_t>(y);
     const auto* floor = backdrop.floor.ptr<std::uint8_t>(y);
     auto* color = picture.ptr<cv::Vec3b>(y);
     for (int x = 0; x < picture.cols; ++x) {
-      const int dark = kDark * from[x] * floor[x] / (255 * 255);
+      const int dark = (kDark * from_key[x] + kFootDark * from_foot[x]) * floor[x] / (255 * 255);
       if (dark == 0) continue;
       for (int k = 0; k < 3; ++k) {
         color[x][k] = static_cast<std::uint8_t>(color[x][k] * (256 - dark) / 256);

@@ -17,9 +17,10 @@ struct Backdrop {
 
 Backdrop PaintBackdrop(const SceneView& view);
 
-// The backdrop's colours with the shadow of what the key light sees.
+// The backdrop's colours with the shadow of what the key light sees and, on a table, a darker ground close to
+// what stands on it.
 cv::Mat WithShadow(const Backdrop& backdrop, const SceneView& view, const SceneLights& lights,
-                   const SceneRaster& seen_by_key);
+                   const SceneRaster& seen_by_key, const SceneRaster& seen_from_below);
 
 // The largest of 1, 2 and 5 times a power of ten that is at most `length` (> 0).
 double RoundLength(double length);

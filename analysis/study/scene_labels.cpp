@@ -146,9 +146,15 @@ std::vector<SceneLabel> LayOutLabels(const ScenePicture& picture, const SceneVie
         Column::RowOf(middle), 0, false);
   }
 
-  const double depth = DepthOf(view, view.middle);
+  for (const std::string& row : Broken(picture.phase, middle, column.width, 2)) {
+    column.Add({.text = row, .size_px = middle}, Column::RowOf(middle), 0, false);
+  }
+
+  const double depth = DepthOf(view, view.subject);
   if (depth > 0) {
-    column.Add({.text = Cut("floor grid " + LengthText(grid_step), small, column.width), .size_px = small},
+    column.Add({.text = Cut((view.floor_is_table ? "table's grid " : "floor's grid ") + LengthText(grid_step),
+                            small, column.width),
+                .size_px = small},
                Column::RowOf(small), 0, true);
     const double px_per_m = view.focal_px / depth;
     const double length = RoundLength(0.72 * column.width / px_per_m);

@@ -23,7 +23,7 @@ struct SceneLabel {
 };
 
 // Down the left side: title, time, lines, a legend where there are 2 .. 12 names, and a bar as long as its
-// text says at the depth of the scene's middle. Boxes are inside the picture and apart from each other: texts
+// text says at the depth of what is looked at. Boxes are inside the picture and apart from each other: texts
 // are broken at blanks, words too wide are cut, and what finds no place is left out, lines before the legend.
 //   names, colors  of the legend, in its order
 //   grid_step      between the floor's lines, m

@@ -26,6 +26,20 @@ float Highlight(float x) {
   return x;
 }
 
+// What is seen of the whole scene from a place far away.
+SceneView FromFar(const SceneView& view, int size_px, const Eigen::Vector3d& eye,
+                  const Eigen::Vector3d& across, const Eigen::Vector3d& forward) {
+  Eigen::Matrix3d axes;
+  axes << across, forward.cross(across), forward;
+  SceneView from = view;
+  from.width_px = from.height_px = size_px;
+  from.center_x_px = from.center_y_px = 0.5 * (size_px - 1);
+  from.focal_px = 0.49 * size_px * kLightAway;
+  from.camera_from_lab.linear() = axes.transpose();
+  from.camera_from_lab.translation() = -(axes.transpose() * eye);
+  return from;
+}
+
 }  // namespace
 
 float LinearOf(unsigned char encoded) {
@@ -62,22 +76,13 @@ SceneLights LightsOf(const SceneView& view) {
   lights.eye = view.camera_from_lab.inverse().translation();
 
   const Eigen::Vector3d forward = -lights.toward_key;
-  const Eigen::Vector3d across = forward.cross(up).normalized();
-  Eigen::Matrix3d axes;
-  axes << across, forward.cross(across), forward;
-  SceneView& from = lights.from_key;
-  from.width_px = from.height_px = kShadowMap;
-  from.center_x_px = from.center_y_px = 0.5 * (kShadowMap - 1);
-  from.focal_px = 0.49 * kShadowMap * kLightAway;
-  from.camera_from_lab.linear() = axes.transpose();
-  from.camera_from_lab.translation() =
-      -(axes.transpose() * (view.middle + kLightAway * view.reach * lights.toward_key));
-  from.middle = view.middle;
-  from.reach = view.reach;
-  from.floor_z = view.floor_z;
+  lights.from_key = FromFar(view, kShadowMap, view.middle - kLightAway * view.reach * forward,
+                            forward.cross(up).normalized(), forward);
+  Eigen::Vector3d below = view.middle;
+  below.z() = view.floor_z - kLightAway * view.reach;
+  lights.from_below = FromFar(view, kShadowMap, below, Eigen::Vector3d::UnitX(), up);
   return lights;
 }
-
 float KeyShare(const SceneLights& lights, const SceneRaster& seen_by_key, const Eigen::Vector3d& point,
                const Eigen::Vector3d& normal) {
   const SceneView& from = lights.from_key;

@@ -15,6 +15,7 @@ struct SceneLights {
   Eigen::Vector3d toward_key = Eigen::Vector3d::UnitZ(), toward_fill = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();  // m
   SceneView from_key;                             // what the key light sees, from far away
+  SceneView from_below;  // through the floor: how high above it things begin, up to its eye's depth below it
 };
 
 SceneLights LightsOf(const SceneView& view);

@@ -27,7 +27,10 @@ constexpr double kThinnest = 0.75;  // half a width, px
 // shows no shading, is replaced by Tol's wine.
 constexpr unsigned char kTubeColors[][3] = {{0, 114, 178},  {230, 159, 0},   {0, 158, 115},  {213, 94, 0},
                                             {86, 180, 233}, {204, 121, 167}, {240, 228, 66}, {136, 34, 85}};
-constexpr unsigned char kSolidColor[3] = {162, 164, 172};
+// Objects in muted ones, told from the tubes'.
+constexpr unsigned char kObjectColors[][3] = {
+    {162, 164, 172}, {142, 164, 152}, {178, 152, 166}, {186, 170, 144}};
+constexpr unsigned char kWireColor[3] = {70, 74, 84}, kPaleWireColor[3] = {176, 180, 188};
 
 // Names by their text, with numbers in them by their value: rod2 before rod10.
 bool NameBefore(const std::string& a, const std::string& b) {
@@ -63,15 +66,32 @@ std::vector<std::size_t> TubesByName(const ScenePicture& picture) {
   return order;
 }
 
-std::vector<Solid> SolidsInOrder(const ScenePicture& picture) {
-  std::vector<Solid> solids = picture.solids;
-  const auto key = [](const Solid& s) {
-    return std::array{s.start.x(), s.start.y(), s.start.z(), s.end.x(),
-                      s.end.y(),   s.end.z(),   s.radius,    static_cast<double>(s.kind)};
+// By name, and of one name by where they are and what they begin with.
+std::vector<const ShownObject*> ObjectsInOrder(const ScenePicture& picture) {
+  std::vector<const ShownObject*> objects;
+  for (const ShownObject& object : picture.objects) {
+    if (!object.shape.empty() && object.pose.matrix().allFinite()) objects.push_back(&object);
+  }
+  const auto key = [](const ShownObject& object) {
+    const Primitive& first = object.shape.front();
+    const Eigen::Vector3d at = object.pose.translation(), half = first.half;
+    return std::array{at.x(),   at.y(),   at.z(),       half.x(),
+                      half.y(), half.z(), first.radius, static_cast<double>(first.kind)};
   };
-  std::erase_if(solids, [](const Solid& s) { return !s.start.allFinite() || !s.end.allFinite(); });
-  std::sort(solids.begin(), solids.end(), [&](const Solid& a, const Solid& b) { return key(a) < key(b); });
-  return solids;
+  std::sort(objects.begin(), objects.end(), [&](const ShownObject* a, const ShownObject* b) {
+    if (NameBefore(a->name, b->name)) return true;
+    return !NameBefore(b->name, a->name) && key(*a) < key(*b);
+  });
+  return objects;
+}
+
+bool OnlyFloor(const ShownObject& object) {
+  return std::all_of(object.shape.begin(), object.shape.end(),
+                     [&](const Primitive& part) { return IsFloor(part, object.pose); });
+}
+
+bool IsFlat(const ScenePiece& piece) {
+  return piece.kind == ScenePiece::Kind::kDisc || piece.kind == ScenePiece::Kind::kFace;
 }
 
 const unsigned char* ColorOfTube(std::size_t rank) { return kTubeColors[rank % std::size(kTubeColors)]; }
@@ -80,115 +100,26 @@ Eigen::Array3f Linear(const unsigned char* rgb) {
   return {LinearOf(rgb[0]), LinearOf(rgb[1]), LinearOf(rgb[2])};
 }
 
-std::vector<SceneBall> BallsOf(const ScenePicture& picture) {
-  std::vector<SceneBall> balls;
-  const auto add = [&](const Eigen::Vector3d& at, double radius) {
-    if (CanBeDrawn(at)) balls.push_back({at, std::isfinite(radius) ? std::max(0.0, radius) : 0.0});
-  };
-  for (const Tube& tube : picture.tubes) {
-    for (Eigen::Index i = 0; i < tube.points.cols(); ++i) {
-      add(tube.points.col(i), i < tube.radius.size() ? tube.radius[i] : 0.0);
-    }
-  }
-  constexpr int kAlong = 24;  // a solid counts like some nodes of a tube
-  for (const Solid& solid : picture.solids) {
-    const Eigen::Vector3d axis = solid.kind == Solid::Kind::kSphere
-                                     ? Eigen::Vector3d::Zero()
-                                     : Eigen::Vector3d(solid.end - solid.start);
-    for (int i = 0; i <= kAlong; ++i) add(solid.start + axis * i / kAlong, solid.radius);
-  }
-  return balls;
-}
-
-// How good a place to look from: over how much of the screen, in cells of a grid, the balls' middles are
-// spread; less where some are so much nearer than others that perspective distorts.
-double WorthOf(const std::vector<SceneBall>& balls, const SceneView& view) {
-  std::set<std::pair<int, int>> cells;
-  double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
-  for (const SceneBall& ball : balls) {
-    const std::optional<Eigen::Vector2d> pixel = PixelOf(view, ball.center);
-    if (!pixel) continue;
-    const double depth = DepthOf(view, ball.center);
-    nearest = std::min(nearest, depth);
-    farthest = std::max(farthest, depth);
-    cells.emplace(static_cast<int>(std::floor(pixel->x() * 100 / view.width_px)),
-                  static_cast<int>(std::floor(pixel->y() * 56 / view.height_px)));
-  }
-  return cells.empty() ? 0 : static_cast<double>(cells.size()) * std::sqrt(nearest / farthest);
-}
-
-// Nearer 1 the less solids are seen end on.
-double BroadsideOf(const ScenePicture& picture, const SceneView& view) {
-  double worth = 1;
-  for (const Solid& solid : picture.solids) {
-    const Eigen::Vector3d axis = solid.end - solid.start;
-    if (solid.kind == Solid::Kind::kSphere || !(axis.norm() > 0) || !axis.allFinite()) continue;
-    const double end_on = std::abs((view.camera_from_lab.linear() * axis).z()) / axis.norm();
-    worth *= 1 - 0.3 * end_on * end_on;
-  }
-  return worth;
-}
-
 }  // namespace
-
-SceneView FitView(const std::vector<ScenePicture>& pictures, int width_px, int height_px) {
-  TENDRIL_CHECK(width_px >= 64 && height_px >= 64);
-  SceneView view{.width_px = width_px, .height_px = height_px};
-  view.center_x_px = 0.5 * (width_px - 1);
-  view.center_y_px = 0.5 * (height_px - 1);
-  view.focal_px = 2.0 * std::min(height_px, width_px * 9 / 16);  // 28 degrees high: little distortion
-  std::vector<SceneBall> all, last;
-  for (const ScenePicture& picture : pictures) {
-    const std::vector<SceneBall> balls = BallsOf(picture);
-    all.insert(all.end(), balls.begin(), balls.end());
-    if (!balls.empty()) last = balls;
-  }
-  if (all.empty()) all = last = {{Eigen::Vector3d::Zero(), 0.5}};
-
-  Eigen::AlignedBox3d box;
-  for (const SceneBall& ball : all) {
-    box.extend(Eigen::Vector3d(ball.center.array() - ball.radius));
-    box.extend(Eigen::Vector3d(ball.center.array() + ball.radius));
-  }
-  view.middle = box.center();
-  view.reach = std::max(0.5 * box.diagonal().norm(), 1e-9);
-  view.floor_z = box.min().z() - 0.03 * view.reach;
-  if (box.diagonal().norm() < 1e-9) all.push_back({view.middle, view.reach});
-
-  // Sixteen turns and three heights; a low camera shows best how far things hang, so a higher one must show
-  // clearly more. Among equals, the one from the right front.
-  const PictureRoom room = RoomBesideLabels(width_px, height_px);
-  constexpr int kTurns = 16;
-  constexpr double kPreferred = -0.32 * std::numbers::pi;
-  double best = -1;
-  SceneView chosen = view;
-  for (const auto& [elevation, worth] :
-       {std::pair(0.38, 1.0), std::pair(0.65, 0.80), std::pair(0.95, 0.60)}) {
-    for (int turn = 0; turn < kTurns; ++turn) {
-      const double azimuth = kPreferred + 2 * std::numbers::pi * turn / kTurns;
-      Approach(all, azimuth, elevation, room, view);
-      const double broadside = pictures.empty() ? 1 : BroadsideOf(pictures.back(), view);
-      const double preference = 1 + 0.04 * std::cos(azimuth - kPreferred);
-      const double score = worth * preference * WorthOf(last, view) * broadside;
-      if (score <= best) continue;
-      best = score;
-      chosen = view;
-    }
-  }
-  return chosen;
-}
 
 struct ScenePainter::State {
   SceneView view;
   SceneView fine;
   SceneLights lights;
   Backdrop backdrop;
-  SceneRaster seen, seen_by_key;
+  SceneRaster seen, seen_by_key, seen_from_below;
   ScenePixels pixels;
 
   Eigen::Array3f Light(const Eigen::Array3f& color, const Eigen::Vector3d& point,
                        const Eigen::Vector3d& normal, float open) const {
+    if (view.floor_is_table) open *= OpenAbove(point, normal);
     return Shade(lights, color, point, normal, KeyShare(lights, seen_by_key, point, normal), open);
+  }
+
+  // A table is not among what darkens what is close to it.
+  float OpenAbove(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+    const double height = std::max(0.0, point.z() - view.floor_z);
+    return static_cast<float>(1 - 0.35 * (1 - normal.z()) * std::exp(-height / (0.04 * view.reach)));
   }
 
   Eigen::Vector3d InLab(const Eigen::Vector3d& in_camera) const {
@@ -206,17 +137,22 @@ struct ScenePainter::State {
   }
 
   // The body that all rays of a pixel meet, at nearly one depth; -1: there is none.
+  // A pixel on an edge has no single normal.
   int BodyOfPixel(const std::vector<ScenePiece>& pieces, int x, int y) const {
     const int ray_x = x * kRays, ray_y = y * kRays;
     if (!seen.Holds(ray_x, ray_y) || !seen.Holds(ray_x + kRays - 1, ray_y + kRays - 1)) return -1;
-    int body = -1;
+    int body = -1, first = -1;
     float least = std::numeric_limits<float>::infinity(), most = 0;
     for (int ray = 0; ray < kRays * kRays; ++ray) {
       const std::size_t hit = seen.At(ray_x + ray % kRays, ray_y + ray / kRays);
       if (seen.piece[hit] < 0) return -1;
-      const int its = pieces[static_cast<std::size_t>(seen.piece[hit])].body;
-      if (ray > 0 && its != body) return -1;
-      body = its;
+      const ScenePiece& piece = pieces[static_cast<std::size_t>(seen.piece[hit])];
+      if (ray > 0 && piece.body != body) return -1;
+      if (ray > 0 && seen.piece[hit] != first &&
+          (IsFlat(piece) || IsFlat(pieces[static_cast<std::size_t>(first)])))
+        return -1;
+      body = piece.body;
+      first = seen.piece[hit];
       least = std::min(least, seen.depth[hit]);
       most = std::max(most, seen.depth[hit]);
     }
@@ -266,10 +202,21 @@ ScenePainter::ScenePainter(const SceneView& view)
                        .backdrop = PaintBackdrop(view),
                        .seen = {},
                        .seen_by_key = {},
+                       .seen_from_below = {},
                        .pixels = {}}) {}
 ScenePainter::~ScenePainter() = default;
 ScenePainter::ScenePainter(ScenePainter&&) noexcept = default;
 ScenePainter& ScenePainter::operator=(ScenePainter&&) noexcept = default;
+
+void ScenePainter::LookFrom(const SceneView& view) {
+  State& s = *state_;
+  if (view.camera_from_lab.matrix() == s.view.camera_from_lab.matrix() && view.subject == s.view.subject)
+    return;
+  s.view = view;
+  s.fine = Magnified(view, kRays);
+  s.lights = LightsOf(view);
+  s.backdrop = PaintBackdrop(view);
+}
 
 cv::Mat ScenePainter::Draw(const ScenePicture& picture) {
   State& s = *state_;
@@ -287,15 +234,26 @@ cv::Mat ScenePainter::Draw(const ScenePicture& picture) {
     }
     colors.push_back(Linear(rgb));
   }
-  for (const Solid& solid : SolidsInOrder(picture)) {
-    AddSolid(solid, static_cast<int>(colors.size()), s.view, kThinnest, pieces);
-    colors.push_back(Linear(kSolidColor));
-  }
   for (const ScenePiece& piece : pieces) thickest = std::max(thickest, piece.radius_a);
+  const bool any_tube = thickest > 0;
+  std::size_t objects = 0;
+  for (const ShownObject* object : ObjectsInOrder(picture)) {
+    if (OnlyFloor(*object)) continue;
+    AddObject(*object, static_cast<int>(colors.size()), s.view, kThinnest, pieces);
+    colors.push_back(Linear(kObjectColors[objects++ % std::size(kObjectColors)]));
+  }
+  if (!any_tube) {
+    for (const ScenePiece& piece : pieces) thickest = std::max(thickest, piece.radius_a);
+  }
+  for (const Wire& wire : picture.wires) {
+    AddWire(wire, static_cast<int>(colors.size()), s.view, kThinnest, pieces);
+    colors.push_back(Linear(wire.pale ? kPaleWireColor : kWireColor));
+  }
 
   CastRays(pieces, s.fine, s.seen);
   CastRays(pieces, s.lights.from_key, s.seen_by_key);
-  cv::Mat drawn = WithShadow(s.backdrop, s.view, s.lights, s.seen_by_key);
+  if (s.view.floor_is_table) CastRays(pieces, s.lights.from_below, s.seen_from_below);
+  cv::Mat drawn = WithShadow(s.backdrop, s.view, s.lights, s.seen_by_key, s.seen_from_below);
   MeasurePixels(pieces, s.seen, kRays, s.view, std::min(2.5 * thickest, 0.15 * s.view.reach), s.pixels);
   s.PaintBodies(pieces, colors, drawn);
   DrawLabels(LayOutLabels(picture, s.view, names, name_colors, s.backdrop.grid_step), drawn);

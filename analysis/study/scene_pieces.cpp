@@ -111,6 +111,91 @@ void AddBall(const Eigen::Vector3d& center, double radius, int body, std::vector
   AddRun({{center}, {radius}}, body, pieces);
 }
 
+void AddCylinder(const Eigen::Isometry3d& pose, double radius, double half_length, int body,
+                 std::vector<ScenePiece>& pieces) {
+  const Eigen::Vector3d along = pose.linear().col(2);
+  const Eigen::Vector3d ends[2] = {pose.translation() - half_length * along,
+                                   pose.translation() + half_length * along};
+  pieces.push_back({.kind = ScenePiece::Kind::kCone,
+                    .body = body,
+                    .a = ends[0],
+                    .b = ends[1],
+                    .radius_a = radius,
+                    .radius_b = radius,
+                    .tangent_a = along,
+                    .tangent_b = along,
+                    .cut_a = true,
+                    .cut_b = true});
+  for (const int end : {0, 1}) {
+    const Eigen::Vector3d out = end == 0 ? Eigen::Vector3d(-along) : along;
+    pieces.push_back({.kind = ScenePiece::Kind::kDisc,
+                      .body = body,
+                      .a = ends[end],
+                      .b = ends[end],
+                      .radius_a = radius,
+                      .radius_b = radius,
+                      .tangent_a = out,
+                      .tangent_b = out});
+  }
+}
+
+void AddFace(const Eigen::Vector3d& center, const Eigen::Vector3d& out, const Eigen::Vector3d& to_edge,
+             double half_edge, int body, std::vector<ScenePiece>& pieces) {
+  pieces.push_back({.kind = ScenePiece::Kind::kFace,
+                    .body = body,
+                    .a = center,
+                    .b = center + to_edge,
+                    .radius_a = half_edge,
+                    .radius_b = half_edge,
+                    .tangent_a = out,
+                    .tangent_b = out});
+}
+
+void AddBox(const Eigen::Isometry3d& pose, const Eigen::Vector3d& half, int body,
+            std::vector<ScenePiece>& pieces) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    for (const int side : {-1, 1}) {
+      const Eigen::Vector3d out = side * pose.linear().col(axis);
+      AddFace(pose.translation() + half[axis] * out, out, half[next] * pose.linear().col(next), half[last],
+              body, pieces);
+    }
+  }
+}
+
+// A plane without end, as far as it is near the scene.
+void AddPlane(const Eigen::Isometry3d& pose, int body, const SceneView& view,
+              std::vector<ScenePiece>& pieces) {
+  const double half = 1.2 * view.reach;
+  const Eigen::Vector3d out = pose.linear().col(2);
+  const Eigen::Vector3d center = view.middle - out.dot(view.middle - pose.translation()) * out;
+  AddFace(center, out, half * pose.linear().col(0), half, body, pieces);
+}
+
+void AddPrimitive(const Primitive& part, const Eigen::Isometry3d& pose, int body, const SceneView& view,
+                  double least_px, std::vector<ScenePiece>& pieces) {
+  const Eigen::Vector3d at = pose.translation();
+  const double radius = Visible(part.radius, at, view, least_px);
+  switch (part.kind) {
+    case PrimitiveKind::kSphere:
+      return AddBall(at, radius, body, pieces);
+    case PrimitiveKind::kCapsule: {
+      if (!(part.half.z() > 1e-6 * radius)) return AddBall(at, radius, body, pieces);
+      const Eigen::Vector3d to_end = part.half.z() * pose.linear().col(2);
+      return AddRun({{at - to_end, at + to_end}, {radius, radius}}, body, pieces);
+    }
+    case PrimitiveKind::kCylinder:
+      return AddCylinder(pose, radius, Visible(part.half.z(), at, view, least_px), body, pieces);
+    case PrimitiveKind::kBox: {
+      Eigen::Vector3d half;
+      for (int k = 0; k < 3; ++k) half[k] = Visible(part.half[k], at, view, least_px);
+      return AddBox(pose, half, body, pieces);
+    }
+    case PrimitiveKind::kHalfSpace:
+      if (!IsFloor({.kind = part.kind}, pose)) AddPlane(pose, body, view, pieces);
+  }
+}
+
 }  // namespace
 
 bool CanBeDrawn(const Eigen::Vector3d& point) {
@@ -136,44 +221,29 @@ void AddTube(const Tube& tube, int body, const SceneView& view, double least_px,
   AddRun(Smoothed(run, view), body, pieces);
 }
 
-void AddSolid(const Solid& solid, int body, const SceneView& view, double least_px,
-              std::vector<ScenePiece>& pieces) {
-  if (!CanBeDrawn(solid.start)) return;
-  const double radius = Visible(solid.radius, solid.start, view, least_px);
-  const Eigen::Vector3d axis = solid.end - solid.start;
-  const double length = axis.norm();
-  const bool round = solid.kind == Solid::Kind::kSphere || !(length > 1e-6 * radius);
-  if (round) return AddBall(solid.start, radius, body, pieces);
-  if (!CanBeDrawn(solid.end)) return;
-  if (solid.kind == Solid::Kind::kCapsule) {
-    return AddRun({{solid.start, solid.end}, {radius, radius}}, body, pieces);
-  }
-  const Eigen::Vector3d along = axis / length;
-  pieces.push_back({.kind = ScenePiece::Kind::kCone,
-                    .body = body,
-                    .a = solid.start,
-                    .b = solid.end,
-                    .radius_a = radius,
-                    .radius_b = radius,
-                    .tangent_a = along,
-                    .tangent_b = along,
-                    .cut_a = true,
-                    .cut_b = true});
-  for (const int side : {-1, 1}) {
-    const Eigen::Vector3d& at = side < 0 ? solid.start : solid.end;
-    pieces.push_back({.kind = ScenePiece::Kind::kDisc,
-                      .body = body,
-                      .a = at,
-                      .b = at,
-                      .radius_a = radius,
-                      .radius_b = radius,
-                      .tangent_a = side * along,
-                      .tangent_b = side * along});
+void AddWire(const Wire& wire, int body, const SceneView& view, double least_px,
+             std::vector<ScenePiece>& pieces) {
+  AddTube({.points = wire.points, .radius = Eigen::VectorXd::Constant(wire.points.cols(), wire.radius)}, body,
+          view, least_px, pieces);
+}
+
+bool IsFloor(const Primitive& primitive, const Eigen::Isometry3d& lab_from_object) {
+  if (primitive.kind != PrimitiveKind::kHalfSpace) return false;
+  constexpr double kLevel = 0.999;  // cosine
+  return (lab_from_object * primitive.object_from_primitive).linear()(2, 2) > kLevel;
+}
+
+void AddObject(const ShownObject& object, int body, const SceneView& view, double least_px,
+               std::vector<ScenePiece>& pieces) {
+  for (const Primitive& part : object.shape) {
+    const Eigen::Isometry3d pose = object.pose * part.object_from_primitive;
+    if (!pose.matrix().allFinite() || !CanBeDrawn(pose.translation())) continue;
+    AddPrimitive(part, pose, body, view, least_px, pieces);
   }
 }
 
 Eigen::Vector3d NormalAt(const ScenePiece& piece, const Eigen::Vector3d& point) {
-  if (piece.kind == ScenePiece::Kind::kDisc) return piece.tangent_a;
+  if (piece.kind == ScenePiece::Kind::kDisc || piece.kind == ScenePiece::Kind::kFace) return piece.tangent_a;
   if (piece.kind == ScenePiece::Kind::kBall) return (point - piece.a).normalized();
   // The place s on the axis whose plane, across the tangent blended between the ends, holds the point: at a
   // joint both neighbours then find the same one.

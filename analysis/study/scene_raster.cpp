@@ -36,6 +36,11 @@ Eigen::Vector3d ExtentOf(double radius, const Eigen::Vector3d& tangent, const Ei
   return slanted * (1 - tangent.array().square()).max(0).sqrt() + overlap;
 }
 
+// From the middle of a face's edge to its end.
+Eigen::Vector3d AlongEdge(const ScenePiece& face) {
+  return face.radius_a * face.tangent_a.cross(face.b - face.a).normalized();
+}
+
 // Pixels whose rays may meet the box; none if part of it is behind the camera.
 PixelBox BoxOf(const Eigen::AlignedBox3d& space, const SceneView& view) {
   PixelBox box;
@@ -60,10 +65,14 @@ Target TargetOf(const ScenePiece& in_lab, const SceneView& view) {
   p.b = view.camera_from_lab * in_lab.b;
   p.tangent_a = view.camera_from_lab.linear() * in_lab.tangent_a;
   p.tangent_b = view.camera_from_lab.linear() * in_lab.tangent_b;
-  const bool disc = p.kind == ScenePiece::Kind::kDisc;
+  const bool disc = p.kind == ScenePiece::Kind::kDisc, face = p.kind == ScenePiece::Kind::kFace;
   const Eigen::Vector3d axis = p.kind == ScenePiece::Kind::kCone ? (p.b - p.a).normalized() : p.tangent_a;
-  const Eigen::Vector3d around_a = ExtentOf(p.radius_a, p.tangent_a, axis, p.cut_a || disc, p.overlap);
-  const Eigen::Vector3d around_b = ExtentOf(p.radius_b, p.tangent_b, axis, p.cut_b || disc, p.overlap);
+  Eigen::Vector3d around_a = ExtentOf(p.radius_a, p.tangent_a, axis, p.cut_a || disc, p.overlap);
+  Eigen::Vector3d around_b = ExtentOf(p.radius_b, p.tangent_b, axis, p.cut_b || disc, p.overlap);
+  if (face) {
+    around_b = AlongEdge(p).cwiseAbs();
+    around_a = around_b + (p.b - p.a).cwiseAbs();
+  }
   Eigen::AlignedBox3d space(p.a - around_a, p.a + around_a);
   space.extend(Eigen::AlignedBox3d(p.b - around_b, p.b + around_b));
   target.box = BoxOf(space, view);
@@ -150,6 +159,23 @@ void CastDisc(const Target& target, const SceneView& view, SceneRaster& raster) 
   });
 }
 
+void CastFace(const Target& target, const SceneView& view, SceneRaster& raster) {
+  const Eigen::Vector3d a = target.piece.a;
+  const Eigen::Vector3d n = target.piece.tangent_a;
+  const Eigen::Vector3d to_edge = target.piece.b - a, along = AlongEdge(target.piece);
+  const double edge_squared = to_edge.squaredNorm(), along_squared = along.squaredNorm();
+  Cast(target, view, raster, [&](double x_slope, double y_slope) {
+    const Eigen::Vector3d d(x_slope, y_slope, 1);
+    const double facing = n.dot(d);
+    if (facing >= 0) return kNothing;
+    const double depth = n.dot(a) / facing;
+    const Eigen::Vector3d from = d * depth - a;
+    const bool inside =
+        std::abs(from.dot(to_edge)) <= edge_squared && std::abs(from.dot(along)) <= along_squared;
+    return inside ? depth : kNothing;
+  });
+}
+
 // The cone that touches the balls at both ends: points p (from a) with
 //   d2 |p|^2 - (ba . p)^2 + 2 (ba . p) rr ra - m0 ra^2 = 0,  m0 = |ba|^2, rr = ra - rb, d2 = m0 - rr^2
 // (Quilez, "round cone - intersection"); it ends at 0 < ba . p - ra rr < d2.
@@ -228,6 +254,7 @@ void CastRays(const std::vector<ScenePiece>& pieces, const SceneView& view, Scen
   for (const Target& target : targets) {
     if (target.piece.kind == ScenePiece::Kind::kBall) CastBall(target, view, raster);
     if (target.piece.kind == ScenePiece::Kind::kDisc) CastDisc(target, view, raster);
+    if (target.piece.kind == ScenePiece::Kind::kFace) CastFace(target, view, raster);
     if (target.piece.kind == ScenePiece::Kind::kCone) CastCone(target, view, raster);
   }
 }

@@ -15,71 +15,12 @@
 #include "analysis/study/scene_labels.h"
 #include "analysis/study/scene_pieces.h"
 #include "analysis/study/scene_raster.h"
+#include "tests/support/scene_things.h"
 
 namespace tendril {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-// From (0, -distance, 0) along +y: x to the right, z up.
-SceneView FromTheFront(double distance, int width = 640, int height = 480, double focal = 600) {
-  SceneView view{.width_px = width, .height_px = height, .focal_px = focal};
-  view.camera_from_lab.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  view.camera_from_lab.translation() = Eigen::Vector3d(0, 0, distance);
-  view.center_x_px = 0.5 * (width - 1);
-  view.center_y_px = 0.5 * (height - 1);
-  view.floor_z = -1e3;
-  return view;
-}
-
-Tube Straight(const std::string& name, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius,
-              int nodes = 11) {
-  Tube tube{
-      .points = Eigen::Matrix3Xd(3, nodes), .radius = Eigen::VectorXd::Constant(nodes, radius), .name = name};
-  for (int i = 0; i < nodes; ++i) tube.points.col(i) = from + (to - from) * i / std::max(1, nodes - 1);
-  return tube;
-}
-
-Tube Arc(double ring, double radius, int nodes) {
-  Tube tube{.points = Eigen::Matrix3Xd(3, nodes),
-            .radius = Eigen::VectorXd::Constant(nodes, radius),
-            .name = "arc"};
-  for (int i = 0; i < nodes; ++i) {
-    const double angle = 1.5 * std::numbers::pi * i / (nodes - 1);
-    tube.points.col(i) = ring * Eigen::Vector3d(std::cos(angle), 0, std::sin(angle));
-  }
-  return tube;
-}
-
-// Curves like a gripper's: hanging, wound, tapering.
-ScenePicture Wound(int tubes, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  ScenePicture picture{.title = "wound", .time = 1.25};
-  for (int t = 0; t < tubes; ++t) {
-    const Eigen::Vector3d start(0.1 * uniform(generator), 0.1 * uniform(generator), 0.1 * uniform(generator));
-    const double turns = 1 + uniform(generator), phase = 3 * uniform(generator);
-    Tube tube{.points = Eigen::Matrix3Xd(3, 61),
-              .radius = Eigen::VectorXd::LinSpaced(61, 0.02, 0.008),
-              .name = "tentacle" + std::to_string(t)};
-    for (int i = 0; i <= 60; ++i) {
-      const double s = i / 60.0, angle = 2 * std::numbers::pi * turns * s + phase;
-      tube.points.col(i) =
-          start + Eigen::Vector3d(0.1 * s * std::cos(angle), 0.1 * s * std::sin(angle), -0.5 * s);
-    }
-    picture.tubes.push_back(tube);
-  }
-  picture.solids = {
-      {.kind = Solid::Kind::kCapsule, .start = {-0.15, 0, -0.2}, .end = {0.15, 0.02, -0.2}, .radius = 0.02},
-      {.kind = Solid::Kind::kCylinder, .start = {0, 0, -0.4}, .end = {0, 0.1, -0.3}, .radius = 0.03},
-      {.kind = Solid::Kind::kSphere, .start = {0.1, 0.1, -0.1}, .radius = 0.03}};
-  picture.lines = {"mutual link 0.50 turns", "object link -1.25 turns"};
-  return picture;
-}
-
-bool Same(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
-}
+using namespace testing_support;
 
 TEST(DrawScene, ASpheresOutlineHasThePinholesRadius) {
   for (const double distance : {0.5, 2.0, 50.0}) {
@@ -87,7 +28,7 @@ TEST(DrawScene, ASpheresOutlineHasThePinholesRadius) {
     const SceneView view = FromTheFront(distance);
     ScenePicture scene{.time = kNaN};
     const cv::Mat without = DrawScene(scene, view);
-    scene.solids = {{.kind = Solid::Kind::kSphere, .radius = radius}};
+    scene.objects = {Sphere(Eigen::Vector3d::Zero(), radius)};
     const cv::Mat with = DrawScene(scene, view);
     int across = 0, down = 0;
     for (int x = 0; x < view.width_px; ++x)
@@ -117,7 +58,7 @@ TEST(DrawScene, OrderOfDeclarationChangesNothing) {
   const SceneView view = FitView({scene}, 640, 360);
   const cv::Mat first = DrawScene(scene, view);
   std::reverse(scene.tubes.begin(), scene.tubes.end());
-  std::reverse(scene.solids.begin(), scene.solids.end());
+  std::reverse(scene.objects.begin(), scene.objects.end());
   EXPECT_TRUE(Same(first, DrawScene(scene, view)));
 }
 
@@ -141,7 +82,7 @@ TEST(FitView, EverythingOfEveryPictureIsInsideAndSomethingReachesTheSide) {
     for (const ScenePicture& picture : pictures) {
       std::vector<ScenePiece> pieces;
       for (const Tube& tube : picture.tubes) AddTube(tube, 0, view, 0, pieces);
-      for (const Solid& solid : picture.solids) AddSolid(solid, 0, view, 0, pieces);
+      for (const ShownObject& object : picture.objects) AddObject(object, 0, view, 0, pieces);
       SceneRaster raster;
       CastRays(pieces, view, raster);
       for (int y = raster.top; y < raster.bottom; ++y) {
@@ -167,10 +108,12 @@ TEST(FitView, LooksTheSameAtScenesThatDifferOnlyInSize) {
       tube.points *= scale;
       tube.radius *= scale;
     }
-    for (Solid& solid : scaled.solids) {
-      solid.start *= scale;
-      solid.end *= scale;
-      solid.radius *= scale;
+    for (ShownObject& object : scaled.objects) {
+      object.pose.translation() *= scale;
+      for (Primitive& part : object.shape) {
+        part.radius *= scale;
+        part.half *= scale;
+      }
     }
     const SceneView there = FitView({scaled}, 640, 360);
     for (int i = 0; i <= 60; i += 20) {
@@ -179,6 +122,53 @@ TEST(FitView, LooksTheSameAtScenesThatDifferOnlyInSize) {
       ASSERT_TRUE(at && scaled_at);
       EXPECT_LT((*at - *scaled_at).norm(), 1e-6) << scale;
     }
+  }
+}
+
+// Each picture's nearest view would be jerky where rods go fast.
+TEST(FollowViews, HoldsEveryPictureAndGoesSlowly) {
+  constexpr int kFrames = 121, kWidth = 640, kHeight = 360;
+  const ScenePicture wound = Wound(4, 7);
+  std::vector<ScenePicture> pictures(kFrames, wound);
+  const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(kFrames, 0, 12);
+  for (int f = 0; f < kFrames; ++f) {
+    // Drawn together at 4 s, in one frame; then carried away.
+    for (Tube& tube : pictures[static_cast<std::size_t>(f)].tubes) {
+      if (time[f] > 4) tube.points.row(2) *= 0.3;
+      tube.points.row(0).array() += std::max(0.0, 0.1 * (time[f] - 8));
+    }
+    pictures[static_cast<std::size_t>(f)].objects.clear();
+  }
+  const std::vector<SceneView> views = FollowViews(pictures, time, kWidth, kHeight);
+  const PictureRoom room = RoomBesideLabels(kWidth, kHeight);
+  ASSERT_EQ(views.size(), pictures.size());
+  const auto eye_of = [&](int f) -> Eigen::Vector3d {
+    return views[static_cast<std::size_t>(f)].camera_from_lab.inverse().translation();
+  };
+  for (int f = 0; f < kFrames; ++f) {
+    for (const Tube& tube : pictures[static_cast<std::size_t>(f)].tubes) {
+      for (Eigen::Index i = 0; i < tube.points.cols(); ++i) {
+        const auto at = PixelOf(views[static_cast<std::size_t>(f)], tube.points.col(i));
+        ASSERT_TRUE(at);
+        EXPECT_TRUE(at->x() > room.left && at->x() < room.right && at->y() > room.top &&
+                    at->y() < room.bottom)
+            << "frame " << f << " node " << i;
+      }
+    }
+    EXPECT_EQ(views[static_cast<std::size_t>(f)].camera_from_lab.linear(), views[0].camera_from_lab.linear());
+    // The jump at 4 s is spread over the 40 frames of a window.
+    if (f == 0) continue;
+    EXPECT_LT((eye_of(f) - eye_of(f - 1)).norm(), 1.5 / 40 * (eye_of(0) - eye_of(80)).norm() + 0.02);
+  }
+  EXPECT_LT(DepthOf(views[80], wound.tubes[0].points.col(0)),
+            0.8 * DepthOf(views[0], wound.tubes[0].points.col(0)));
+}
+
+TEST(FollowViews, OfWhatDoesNotMoveAreTheFixedOne) {
+  const ScenePicture scene = Wound(3, 5);
+  const SceneView fixed = FitView({scene, scene, scene}, 640, 360);
+  for (const SceneView& view : FollowViews({scene, scene, scene}, Eigen::Vector3d(0, 1, 5), 640, 360)) {
+    EXPECT_LT((view.camera_from_lab.matrix() - fixed.camera_from_lab.matrix()).norm(), 1e-12);
   }
 }
 
@@ -234,20 +224,6 @@ TEST(CastRays, ABentTubeHasNoCracksAndTheDepthOfATorus) {
   EXPECT_GT(seen, 20000);
 }
 
-TEST(CastRays, FlatEndsAreFlatAndRoundOnesRound) {
-  const SceneView view = FromTheFront(1);  // its middle is half a pixel off the centre
-  const auto depth_of = [&](Solid::Kind kind) {
-    std::vector<ScenePiece> pieces;
-    AddSolid({.kind = kind, .start = {0, 0, 0}, .end = {0, 0.5, 0}, .radius = 0.05}, 0, view, 0, pieces);
-    SceneRaster raster;
-    CastRays(pieces, view, raster);
-    return raster.depth[raster.At(320, 240)];
-  };
-  EXPECT_NEAR(depth_of(Solid::Kind::kCylinder), 1.0, 1e-5);
-  EXPECT_NEAR(depth_of(Solid::Kind::kCapsule), 0.95, 2e-5);
-  EXPECT_NEAR(depth_of(Solid::Kind::kSphere), 0.95, 2e-5);
-}
-
 TEST(DrawScene, DrawsWhatIsHardlyThere) {
   const Eigen::Vector3d end(0, 0, 0.3);
   Tube torn = Straight("torn", Eigen::Vector3d::Zero(), end, 0.01);
@@ -277,7 +253,7 @@ TEST(DrawScene, DrawsWhatIsHardlyThere) {
       {torn, still, bare, broken, back}};
   for (const std::vector<Tube>& tubes : scenes) {
     const ScenePicture scene{
-        .title = "extreme", .tubes = tubes, .solids = {{.start = {kNaN, 0, 0}, .radius = 1}}};
+        .title = "extreme", .tubes = tubes, .objects = {Sphere({kNaN, 0, 0}, 1), {}}, .wires = {{}}};
     const SceneView view = FitView({scene}, 320, 180);
     EXPECT_TRUE(view.camera_from_lab.matrix().allFinite());
     EXPECT_EQ(DrawScene(scene, view).size(), cv::Size(320, 180)) << (tubes.empty() ? "none" : tubes[0].name);
@@ -306,7 +282,7 @@ TEST(DrawScene, WhatIsBehindTheCameraIsLeftOut) {
   const ScenePicture none{.time = kNaN};
   ScenePicture scene = none;
   scene.tubes = {Straight("", {0, -3, 0}, {0, -1.5, 0}, 0.05)};
-  scene.solids = {{.kind = Solid::Kind::kSphere, .start = {0, -1, 0}, .radius = 0.1}};  // about the camera
+  scene.objects = {Sphere({0, -1, 0}, 0.1)};  // about the camera
   EXPECT_TRUE(Same(DrawScene(scene, view), DrawScene(none, view)));
   scene.tubes = {Straight("", {0, -2, 0}, {0, 2, 0}, 0.05)};  // through it
   EXPECT_FALSE(Same(DrawScene(scene, view), DrawScene(none, view)));
