@@ -34,6 +34,18 @@ void Frame(benchmark::State& state) {
   ScenePainter painter(FitView({picture}, 1280, 720));
   for (auto _ : state) benchmark::DoNotOptimize(painter.Draw(picture));
 }
+// With the backdrop, which is painted again where the eye has moved.
+void FrameFromElsewhere(benchmark::State& state) {
+  const ScenePicture picture = Octagon();
+  SceneView view = FitView({picture}, 1280, 720);
+  ScenePainter painter(view);
+  for (auto _ : state) {
+    view.camera_from_lab.translation().x() += 1e-6;
+    painter.LookFrom(view);
+    benchmark::DoNotOptimize(painter.Draw(picture));
+  }
+}
+BENCHMARK(FrameFromElsewhere)->Unit(benchmark::kMillisecond);
 BENCHMARK(Frame)->Unit(benchmark::kMillisecond);
 
 }  // namespace

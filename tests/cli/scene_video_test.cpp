@@ -1,14 +1,18 @@
-// cli/scene_video.h: films and pictures read back, and what is left when there is none.
+// cli/scene_video.h and cli/scene_film.h: films and pictures read back, what they show of a run, and what is
+// left when there is none.
 #include "cli/scene_video.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/record/video_file.h"
+#include "cli/scene_film.h"
+#include "model/fold/gripper.h"
 #include "tests/support/program.h"
 
 namespace tendril::cli {
@@ -38,7 +42,9 @@ SceneFilm Swinging(int frames, double fps) {
     film.radius.push_back(Eigen::VectorXd::LinSpaced(21, 0.02, 0.01));
   }
   SceneObject bar;
-  bar.body = {.start = {-0.1, 0.1, -0.2}, .end = {0.2, 0.1, -0.2}, .radius = 0.02};
+  bar.shape = {{.kind = PrimitiveKind::kCapsule, .radius = 0.02, .half = {0, 0, 0.15}}};
+  bar.pose = Eigen::Translation3d(0.05, 0.1, -0.2) *
+             Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitY());
   film.objects = {bar};
   film.lines.assign(static_cast<std::size_t>(frames), {"mutual link 0.10 turns"});
   return film;
@@ -144,6 +150,106 @@ TEST(WriteScenePicture, IsTheLastFrame) {
   ASSERT_TRUE(WriteScenePicture(only_last, folder / "only.png").ok());
   EXPECT_EQ(cv::norm(picture, cv::imread(folder / "only.png"), cv::NORM_INF), 0);
   EXPECT_FALSE(WriteScenePicture(only_last, folder / "only.jpg").ok());
+}
+
+TEST(WriteScenePicture, ShowsObjectsWhereTheLastFrameHasThem) {
+  const TemporaryFolder folder;
+  SceneFilm film = Swinging(2, 30);
+  film.objects[0].kind = "box";
+  film.objects[0].shape = {{.kind = PrimitiveKind::kBox, .half = {0.02, 0.03, 0.04}}};
+  film.objects[0].pose = Eigen::Isometry3d::Identity();
+  film.objects[0].pose.translation() = Eigen::Vector3d(0, 0.05, -0.1);
+  const auto drawn = [&](const char* name) {
+    const Status written = WriteScenePicture(film, folder / name);
+    EXPECT_TRUE(written.ok()) << (written.ok() ? "" : written.error().message);
+    return cv::imread(folder / name);
+  };
+  const cv::Mat at_start = drawn("start.png");
+  film.poses = {std::vector<Eigen::Isometry3d>(2, film.objects[0].pose)};
+  EXPECT_EQ(cv::norm(at_start, drawn("still.png"), cv::NORM_INF), 0);
+  film.poses[0][1].translate(Eigen::Vector3d(0.05, 0, 0));
+  EXPECT_GT(cv::norm(at_start, drawn("moved.png"), cv::NORM_INF), 20);
+  film.poses[0].pop_back();
+  EXPECT_FALSE(WriteScenePicture(film, folder / "short.png").ok());
+}
+
+TEST(WriteScenePicture, TellsThePhase) {
+  const TemporaryFolder folder;
+  SceneFilm film = Swinging(2, 30);
+  ASSERT_TRUE(WriteScenePicture(film, folder / "without.png").ok());
+  film.phases = {"pull", "lift"};
+  ASSERT_TRUE(WriteScenePicture(film, folder / "lift.png").ok());
+  film.phases = {"lift", "pull"};
+  ASSERT_TRUE(WriteScenePicture(film, folder / "pull.png").ok());
+  const auto read = [&](const char* name) { return cv::imread(folder / name); };
+  EXPECT_GT(cv::norm(read("without.png"), read("lift.png"), cv::NORM_INF), 50);
+  EXPECT_GT(cv::norm(read("pull.png"), read("lift.png"), cv::NORM_INF), 50);
+  film.phases.pop_back();
+  EXPECT_FALSE(WriteScenePicture(film, folder / "short.png").ok());
+}
+
+// A gripper that is lifted and turned by a quarter, with a ball on a string, at three times.
+TEST(FilmOf, PutsObjectsCarrierAndPhaseWhereTheRunHasThem) {
+  Scene scene;
+  scene.gripper.emplace();
+  scene.gripper->gripper.tentacles = 4;
+  scene.phases = {{.name = "pull", .duration = 1},
+                  {.name = "lift", .duration = 1, .move = {0, 0, 0.2}, .turn = 0.5 * std::numbers::pi}};
+  SceneObject ball;
+  ball.kind = "sphere";
+  ball.shape = {{.kind = PrimitiveKind::kSphere, .radius = 0.02}};
+  ball.motion = ObjectMotion::kHanging;
+  scene.objects = {ball};
+  const Eigen::Vector3d times(0, 1, 2);
+  Simulated done;
+  for (int rod = 0; rod < 4; ++rod) {
+    CurveSeries& series = done.curves.emplace_back();
+    series.time = times;
+    const Eigen::Isometry3d pose = LabFromTentacle(scene.gripper->gripper, rod);
+    for (int f = 0; f < 3; ++f) {
+      FramedCurve& curve = series.curves.emplace_back();
+      const Eigen::Vector3d base = pose.translation() * (f == 0 ? 1 : 1.25);  // the carrier grows
+      curve.points = base.replicate(1, 5);
+      if (f == 2) curve.points.colwise() += Eigen::Vector3d(0, 0, 0.2);
+    }
+  }
+  done.objects.resize(1);
+  done.objects[0].poses.resize(3, Eigen::Isometry3d::Identity());
+  done.objects[0].poses[2].translation().z() = 0.15;
+  LinkSeries links;
+  links.frames.resize(3);
+  const SceneFilm film = FilmOf(scene, done, links);
+  EXPECT_EQ(film.phases, (std::vector<std::string>{"pull", "lift", "lift"}));
+  ASSERT_EQ(film.poses.size(), 1u);
+  EXPECT_EQ(film.poses[0][2].translation().z(), 0.15);
+  ASSERT_EQ(film.carrier.size(), 3u);
+  for (int f = 0; f < 3; ++f) {
+    const Eigen::Matrix3Xd& ring = film.carrier[static_cast<std::size_t>(f)];
+    const double radius = scene.gripper->gripper.carrier_radius * (f == 0 ? 1 : 1.25);
+    ASSERT_GT(ring.cols(), 36);
+    for (Eigen::Index i = 0; i < ring.cols(); ++i) {
+      EXPECT_NEAR(ring.col(i).head<2>().norm(), radius, 1e-12);
+      EXPECT_NEAR(ring(2, i), f == 2 ? 0.2 : 0, 1e-12);
+    }
+  }
+  const TemporaryFolder folder;
+  EXPECT_TRUE(WriteScenePicture(film, folder / "film.png").ok());
+}
+
+TEST(FilmOf, DrawsACylinderAsWhatItsContactTouches) {
+  Scene scene;
+  scene.objects.resize(1);
+  scene.objects[0].shape = {{.kind = PrimitiveKind::kCylinder, .radius = 0.02, .half = {0, 0, 0.1}}};
+  scene.rods.resize(1);
+  Simulated done;
+  done.curves.resize(1);
+  done.curves[0].time = Eigen::VectorXd::Zero(1);
+  done.curves[0].curves.resize(1);
+  done.curves[0].curves[0].points = Eigen::Matrix3Xd::Zero(3, 4);
+  scene.contact.law = ContactLaw::kHertzSegments;
+  EXPECT_EQ(FilmOf(scene, done, {}).objects[0].shape[0].kind, PrimitiveKind::kCylinder);
+  scene.contact.law = ContactLaw::kHertzCenters;
+  EXPECT_EQ(FilmOf(scene, done, {}).objects[0].shape[0].kind, PrimitiveKind::kCapsule);
 }
 
 TEST(RadiusAtNodes, IsTheMeanOfTheNeighbours) {
