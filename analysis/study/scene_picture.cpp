@@ -66,11 +66,16 @@ std::vector<std::size_t> TubesByName(const ScenePicture& picture) {
   return order;
 }
 
-// By name, and of one name by where they are and what they begin with.
+bool OnlyFloor(const ShownObject& object) {
+  return std::all_of(object.shape.begin(), object.shape.end(),
+                     [&](const Primitive& part) { return IsFloor(part, object.pose); });
+}
+
+// All but the floor, by name, and of one name by where they are and what they begin with.
 std::vector<const ShownObject*> ObjectsInOrder(const ScenePicture& picture) {
   std::vector<const ShownObject*> objects;
   for (const ShownObject& object : picture.objects) {
-    if (!object.shape.empty() && object.pose.matrix().allFinite()) objects.push_back(&object);
+    if (object.pose.matrix().allFinite() && !OnlyFloor(object)) objects.push_back(&object);
   }
   const auto key = [](const ShownObject& object) {
     const Primitive& first = object.shape.front();
@@ -85,11 +90,6 @@ std::vector<const ShownObject*> ObjectsInOrder(const ScenePicture& picture) {
   return objects;
 }
 
-bool OnlyFloor(const ShownObject& object) {
-  return std::all_of(object.shape.begin(), object.shape.end(),
-                     [&](const Primitive& part) { return IsFloor(part, object.pose); });
-}
-
 bool IsFlat(const ScenePiece& piece) {
   return piece.kind == ScenePiece::Kind::kDisc || piece.kind == ScenePiece::Kind::kFace;
 }
@@ -98,6 +98,57 @@ const unsigned char* ColorOfTube(std::size_t rank) { return kTubeColors[rank % s
 
 Eigen::Array3f Linear(const unsigned char* rgb) {
   return {LinearOf(rgb[0]), LinearOf(rgb[1]), LinearOf(rgb[2])};
+}
+
+// What a picture's tubes, objects and wires are as pieces, and what the legend says of them.
+struct PaintedScene {
+  std::vector<ScenePiece> pieces;
+  std::vector<Eigen::Array3f> colors;  // of bodies
+  double thickness = 0;                // of the thickest tube, or else object: half of it, m
+  std::vector<std::string> names;
+  std::vector<cv::Scalar> name_colors;
+
+  // The number of the next body.
+  int Body() const { return static_cast<int>(colors.size()); }
+  void Name(const std::string& name, const unsigned char* rgb) {
+    if (name.empty()) return;
+    names.push_back(name);
+    name_colors.emplace_back(rgb[2], rgb[1], rgb[0]);
+  }
+  void Measure() {
+    for (const ScenePiece& piece : pieces) thickness = std::max(thickness, piece.radius_a);
+  }
+};
+
+PaintedScene PaintedOf(const ScenePicture& picture, const SceneView& view) {
+  PaintedScene scene;
+  for (const std::size_t index : TubesByName(picture)) {
+    const unsigned char* rgb = ColorOfTube(scene.colors.size());
+    AddTube(picture.tubes[index], scene.Body(), view, kThinnest, scene.pieces);
+    scene.Name(picture.tubes[index].name, rgb);
+    scene.colors.push_back(Linear(rgb));
+  }
+  scene.Measure();
+  const std::vector<const ShownObject*> objects = ObjectsInOrder(picture);
+  // One object needs no name. Where there is no room for all names, the objects' are told.
+  constexpr std::size_t kMostNames = 12;
+  const std::size_t more = objects.size() > 1 ? objects.size() : 0;
+  if (scene.names.size() < 2 || (more > 0 && scene.names.size() + more > kMostNames)) {
+    scene.names.clear();
+    scene.name_colors.clear();
+  }
+  for (std::size_t rank = 0; rank < objects.size(); ++rank) {
+    const unsigned char* rgb = kObjectColors[rank % std::size(kObjectColors)];
+    AddObject(*objects[rank], scene.Body(), view, kThinnest, scene.pieces);
+    if (more > 0) scene.Name(objects[rank]->name, rgb);
+    scene.colors.push_back(Linear(rgb));
+  }
+  if (!(scene.thickness > 0)) scene.Measure();
+  for (const Wire& wire : picture.wires) {
+    AddWire(wire, scene.Body(), view, kThinnest, scene.pieces);
+    scene.colors.push_back(Linear(wire.pale ? kPaleWireColor : kWireColor));
+  }
+  return scene;
 }
 
 }  // namespace
@@ -220,43 +271,15 @@ void ScenePainter::LookFrom(const SceneView& view) {
 
 cv::Mat ScenePainter::Draw(const ScenePicture& picture) {
   State& s = *state_;
-  std::vector<ScenePiece> pieces;
-  std::vector<Eigen::Array3f> colors;
-  std::vector<std::string> names;
-  std::vector<cv::Scalar> name_colors;
-  double thickest = 0;
-  for (const std::size_t index : TubesByName(picture)) {
-    const unsigned char* rgb = ColorOfTube(colors.size());
-    AddTube(picture.tubes[index], static_cast<int>(colors.size()), s.view, kThinnest, pieces);
-    if (!picture.tubes[index].name.empty()) {
-      names.push_back(picture.tubes[index].name);
-      name_colors.emplace_back(rgb[2], rgb[1], rgb[0]);
-    }
-    colors.push_back(Linear(rgb));
-  }
-  for (const ScenePiece& piece : pieces) thickest = std::max(thickest, piece.radius_a);
-  const bool any_tube = thickest > 0;
-  std::size_t objects = 0;
-  for (const ShownObject* object : ObjectsInOrder(picture)) {
-    if (OnlyFloor(*object)) continue;
-    AddObject(*object, static_cast<int>(colors.size()), s.view, kThinnest, pieces);
-    colors.push_back(Linear(kObjectColors[objects++ % std::size(kObjectColors)]));
-  }
-  if (!any_tube) {
-    for (const ScenePiece& piece : pieces) thickest = std::max(thickest, piece.radius_a);
-  }
-  for (const Wire& wire : picture.wires) {
-    AddWire(wire, static_cast<int>(colors.size()), s.view, kThinnest, pieces);
-    colors.push_back(Linear(wire.pale ? kPaleWireColor : kWireColor));
-  }
-
-  CastRays(pieces, s.fine, s.seen);
-  CastRays(pieces, s.lights.from_key, s.seen_by_key);
-  if (s.view.floor_is_table) CastRays(pieces, s.lights.from_below, s.seen_from_below);
+  const PaintedScene scene = PaintedOf(picture, s.view);
+  CastRays(scene.pieces, s.fine, s.seen);
+  CastRays(scene.pieces, s.lights.from_key, s.seen_by_key);
+  if (s.view.floor_is_table) CastRays(scene.pieces, s.lights.from_below, s.seen_from_below);
   cv::Mat drawn = WithShadow(s.backdrop, s.view, s.lights, s.seen_by_key, s.seen_from_below);
-  MeasurePixels(pieces, s.seen, kRays, s.view, std::min(2.5 * thickest, 0.15 * s.view.reach), s.pixels);
-  s.PaintBodies(pieces, colors, drawn);
-  DrawLabels(LayOutLabels(picture, s.view, names, name_colors, s.backdrop.grid_step), drawn);
+  MeasurePixels(scene.pieces, s.seen, kRays, s.view, std::min(2.5 * scene.thickness, 0.15 * s.view.reach),
+                s.pixels);
+  s.PaintBodies(scene.pieces, scene.colors, drawn);
+  DrawLabels(LayOutLabels(picture, s.view, scene.names, scene.name_colors, s.backdrop.grid_step), drawn);
   return drawn;
 }
 

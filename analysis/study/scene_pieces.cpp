@@ -8,7 +8,7 @@
 namespace tendril {
 namespace {
 
-constexpr double kSharp = 0.8;  // cosine of the bend from which a joint is round
+constexpr double kSharp = 0.5;  // cosine of the bend from which a joint is round
 
 constexpr double kOverlap = 0.03;  // of the radius
 
