@@ -175,14 +175,11 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
 
 bool WriteAll(hid_t file, std::span<const CurveSeries> curves, std::span<const ObjectSeries> objects,
               const std::string& source) {
-  const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-  const Handle all(H5Gcreate2(file, "curve", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
+  const Handle all = hdf5::MakeGroup(file, "curve");
   bool good = hdf5::WriteText(file, "source", source) && all.ok();
   for (const CurveSeries& series : curves) {
     if (!good) break;
-    const Handle group(H5Gcreate2(all.get(), series.name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                       H5Gclose);
+    const Handle group = hdf5::MakeGroup(all.get(), series.name);
     good = group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series);
   }
   return good && (objects.empty() || WriteObjects(file, objects, curves[0].time, source));

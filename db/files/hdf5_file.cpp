@@ -96,7 +96,9 @@ Result<std::string> MakeFile(const std::function<bool(hid_t file)>& fill) {
     H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18);
     H5FD_file_image_callbacks_t callbacks{Allocate, Copy, Grow, Release, SameData, KeepData, &image};
     H5Pset_file_image_callbacks(access.get(), &callbacks);
-    const Handle file(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
+    const Handle made(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    H5Pset_obj_track_times(made.get(), false);
+    const Handle file(H5Fcreate("in memory", H5F_ACC_TRUNC, made.get(), access.get()), H5Fclose);
     good = file.ok() && fill(file.get());
   }
   if (!good || image.bytes.empty()) {
@@ -181,11 +183,20 @@ bool WriteText(hid_t object, const std::string& name, const std::string& text) {
   return attribute.ok() && H5Awrite(attribute.get(), type.get(), text.empty() ? "\0" : text.data()) >= 0;
 }
 
+Handle MakeGroup(hid_t parent, const std::string& name) {
+  const Handle made(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_link_creation_order(made.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+  H5Pset_obj_track_times(made.get(), false);
+  return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, made.get(), H5P_DEFAULT), H5Gclose};
+}
+
 bool WriteArray(hid_t parent, const std::string& name, const Array& array, hid_t file_type) {
   const Handle space(H5Screate_simple(static_cast<int>(array.shape.size()), array.shape.data(), nullptr),
                      H5Sclose);
+  const Handle made(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(made.get(), false);  // the same content is the same bytes
   const Handle data(
-      H5Dcreate2(parent, name.c_str(), file_type, space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Dcreate2(parent, name.c_str(), file_type, space.get(), H5P_DEFAULT, made.get(), H5P_DEFAULT),
       H5Dclose);
   if (!space.ok() || !data.ok()) return false;
   if (!array.values.empty() &&

@@ -61,6 +61,10 @@ Result<Array> ReadArray(hid_t parent, const std::string& name);
 bool Has(hid_t parent, const std::string& name);
 std::vector<std::string> GroupNames(hid_t parent);  // in the order of making, else by name
 
+// A new group, whose members are listed in the order of making; without a time of making, so that the same
+// content is the same bytes.
+Handle MakeGroup(hid_t parent, const std::string& name);
+
 // The bytes of a new file that `fill` writes. Made in memory, so that the caller writes them safely:
 // HDF5 1.10 cannot close a file that the disk had no room for, and crashes when the program ends. In the
 // format of HDF5 1.8 and later, whose structures carry checksums: a damaged file is an error rather than a

@@ -100,14 +100,11 @@ bool WriteOne(hid_t group, const ObjectSeries& series, const Eigen::VectorXd& ti
 
 bool WriteObjects(std::int64_t file, std::span<const ObjectSeries> objects, const Eigen::VectorXd& time,
                   const std::string& source) {
-  const Handle ordered(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_link_creation_order(ordered.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-  const Handle all(H5Gcreate2(file, "object", H5P_DEFAULT, ordered.get(), H5P_DEFAULT), H5Gclose);
+  const Handle all = hdf5::MakeGroup(file, "object");
   bool good = all.ok();
   for (const ObjectSeries& series : objects) {
     if (!good) break;
-    const Handle group(H5Gcreate2(all.get(), series.name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                       H5Gclose);
+    const Handle group = hdf5::MakeGroup(all.get(), series.name);
     good =
         group.ok() && hdf5::WriteText(group.get(), "source", source) && WriteOne(group.get(), series, time);
   }

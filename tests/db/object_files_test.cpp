@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <random>
+#include <thread>
 
 #include "db/files/curve_files.h"
 #include "tests/support/program.h"
@@ -122,6 +124,15 @@ TEST_F(ObjectFiles, AFileWithoutObjectsHasNoneAndACsvGoesWithout) {
             testing_support::ReadText(folder_ / "without.csv"));
   EXPECT_EQ(ReadObjectsOverTime(folder_ / "no.h5").error().kind, ErrorKind::kNotFound);
   EXPECT_THAT(ReadObjectsOverTime(folder_ / "with.csv").error().message, HasSubstr("is not an HDF5 file"));
+}
+
+TEST_F(ObjectFiles, TheSameContentIsTheSameBytesLater) {
+  const std::vector<CurveSeries> rods = {Rod(3)};
+  const std::vector<ObjectSeries> objects = {Tumbling("a", 3, 1)};
+  ASSERT_TRUE(WriteCurves(file_, rods, "test", objects).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // HDF5 counts seconds
+  ASSERT_TRUE(WriteCurves(folder_ / "later.h5", rods, "test", objects).ok());
+  EXPECT_TRUE(testing_support::ReadText(file_) == testing_support::ReadText(folder_ / "later.h5"));
 }
 
 TEST_F(ObjectFiles, SlipsAreNamed) {
