@@ -47,6 +47,15 @@ CLI::App* AppAt(CLI::App& root, const std::string& path) {
   return at;
 }
 
+// Of a call that cannot be parsed.
+bool AsksForJson(int argc, const char* const* argv) {
+  return std::any_of(argv, argv + argc, [](const char* word) { return std::string(word) == "--json"; });
+}
+
+void PrintError(const std::string& message) {
+  fmt::print("{}\n", nlohmann::ordered_json{{"error", message}}.dump(2));
+}
+
 const std::map<std::string, std::string> kGroupHelp = {
     {"design", "a design's geometry, cut pattern and tag sheet"},
     {"trials", "list, read and annotate trials"},
@@ -129,8 +138,10 @@ int Main(int argc, const char* const* argv) {
     const auto known = std::find(names.begin(), names.end(), argv[i]);
     if (known == names.end()) {
       const std::optional<std::string> near = NearestName(argv[i], names);
-      spdlog::error("there is no command '{}'{} (--help lists them)", argv[i],
-                    near ? "; did you mean '" + *near + "'?" : "");
+      const std::string message = fmt::format("there is no command '{}'{} (--help lists them)", argv[i],
+                                              near ? "; did you mean '" + *near + "'?" : "");
+      spdlog::error("{}", message);
+      if (AsksForJson(argc, argv)) PrintError(message);
       return 2;
     }
     at = at->get_subcommand(*known);
@@ -139,7 +150,9 @@ int Main(int argc, const char* const* argv) {
   try {
     root.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return root.exit(error) == 0 ? 0 : 2;
+    const int code = root.exit(error);
+    if (code != 0 && AsksForJson(argc, argv)) PrintError(error.what());
+    return code == 0 ? 0 : 2;
   }
 
   for (const auto& [app, command] : declared) {
@@ -153,7 +166,8 @@ int Main(int argc, const char* const* argv) {
       // line.
       done = Error{ErrorKind::kIo, std::string("unexpected: ") + error.what()};
     }
-    if (json && (done.ok() || !out.fields().empty())) fmt::print("{}\n", out.fields().dump(2));
+    if (!done.ok()) out.fields()["error"] = done.error().message;
+    if (json) fmt::print("{}\n", out.fields().dump(2));
     if (done.ok()) return 0;
     spdlog::error("{}", done.error().message);
     return ExitCode(done.error().kind);

@@ -25,7 +25,8 @@ class Output {
 
   bool json() const { return json_; }
 
-  // What --json prints when the command is done: one object, fields in the order they were added.
+  // What --json prints when the command is done: one object, fields in the order they were added; of a
+  // command that failed with `error`, its message.
   nlohmann::ordered_json& fields() { return fields_; }
 
   // A line for people; nothing under --json. The format has no newline at its end.

@@ -12,6 +12,7 @@
 #include "analysis/link/link_series.h"
 #include "analysis/statistics/intervals.h"
 #include "analysis/study/plots.h"
+#include "cli/score_trial.h"
 #include "db/files/curve_files.h"
 #include "db/files/recording_logs.h"
 #include "db/files/trial_toml.h"
@@ -223,10 +224,10 @@ Status PlotCurvature(const std::vector<CurveSeries>& curves, const fs::path& ser
 }
 
 Status PlotLinks(const fs::path& trial_folder, const std::string& title, const fs::path& file) {
-  const Result<std::vector<CurveSeries>> curves = ReadCurves(trial_folder / "curves.h5");
-  if (!curves.ok()) return curves.error();
   const Result<TrialSpec> trial = ReadTrialToml(trial_folder / "trial.toml");
   if (!trial.ok()) return trial.error();
+  const Result<std::vector<CurveSeries>> curves = CurvesAboutObject(trial_folder, trial.value());
+  if (!curves.ok()) return curves.error();
   LinkOptions options;
   options.axis = Axis{trial.value().object.position, trial.value().object.axis};
   const Result<LinkSeries> links = MeasureLinkSeries(curves.value(), options);

@@ -8,6 +8,7 @@
 
 #include "cli/lab_option.h"
 #include "cli/lab_plots.h"
+#include "cli/left_out.h"
 #include "db/files/curve_files.h"
 #include "db/files/trial_toml.h"
 #include "db/trial_query.h"
@@ -25,6 +26,7 @@ struct PlotCall {
   std::string kind = "real";
   std::string file;
   int frame = -1;
+  bool include_untrusted = false;
 };
 
 void AddOut(CLI::App& app, PlotCall& call) {
@@ -73,9 +75,13 @@ Status RunLinkPlot(const PlotCall& call, Output& out) {
 Status RunRates(const PlotCall& call, Output& out) {
   Result<Lab> lab = OpenLab(call.lab);
   if (!lab.ok()) return lab.error();
-  const Result<std::vector<RateGroup>> groups =
-      CountGrasps(lab.value(), {.by = call.by, .where = {}, .kind = *TrialKindOf(call.kind)});
+  const RateQuestion question{.by = call.by,
+                              .where = {},
+                              .kind = *TrialKindOf(call.kind),
+                              .include_untrusted = call.include_untrusted};
+  const Result<std::vector<RateGroup>> groups = CountGrasps(lab.value(), question);
   if (!groups.ok()) return groups.error();
+  if (const auto left_out = TellLeftOut(lab.value(), question, out); !left_out.ok()) return left_out.error();
   if (groups.value().empty()) {
     return Error{ErrorKind::kNotFound, "no judged " + call.kind + " trial to plot; other kinds: --kind"};
   }
@@ -155,6 +161,8 @@ Command MakePlotRatesCommand() {
             app.add_option("--kind", call->kind, "kind of trial")
                 ->check(CLI::IsMember({"real", "virtual", "simulated", "published"}))
                 ->capture_default_str();
+            app.add_flag("--include-untrusted", call->include_untrusted,
+                         "also count simulations whose contacts speak against them");
             AddLabOption(app, call->lab);
             AddOut(app, *call);
           },

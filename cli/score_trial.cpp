@@ -1,9 +1,11 @@
 #include "cli/score_trial.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "analysis/link/seen_from.h"
 #include "cli/program_version.h"
 #include "db/files/curve_files.h"
 #include "db/files/safe_file.h"
@@ -11,6 +13,25 @@
 #include "db/trial_store.h"
 
 namespace tendril::cli {
+
+Result<std::vector<CurveSeries>> CurvesAboutObject(const std::filesystem::path& folder,
+                                                   const TrialSpec& trial) {
+  Result<std::vector<CurveSeries>> curves = ReadCurves(folder / "curves.h5");
+  if (!curves.ok()) return curves;
+  const Result<ObjectsOverTime> objects = ReadObjectsOverTime(folder / "curves.h5");
+  if (!objects.ok()) return objects.error();
+  for (const ObjectSeries& object : objects.value().objects) {
+    if (object.poses.empty() || object.poses.size() != curves.value().front().curves.size()) continue;
+    // The trial's object is the one that begins where trial.toml has it.
+    if ((object.poses.front().translation() - trial.object.position).norm() > 1e-9) continue;
+    const bool moved = std::any_of(object.poses.begin(), object.poses.end(), [&](const auto& pose) {
+      return pose.matrix() != object.poses.front().matrix();
+    });
+    if (!moved) break;
+    return SeenFrom(object.poses, curves.value());
+  }
+  return curves;
+}
 
 Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions options,
                               const Progress& progress) {
@@ -21,7 +42,7 @@ Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions
   }
   const Result<TrialSpec> trial = ReadTrialToml(folder / "trial.toml");
   if (!trial.ok()) return trial.error();
-  const Result<std::vector<CurveSeries>> curves = ReadCurves(folder / "curves.h5");
+  const Result<std::vector<CurveSeries>> curves = CurvesAboutObject(folder, trial.value());
   if (!curves.ok()) return curves.error();
   options.axis = Axis{trial.value().object.position, trial.value().object.axis};
   Result<LinkSeries> series = MeasureLinkSeries(curves.value(), options, progress);

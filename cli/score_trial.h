@@ -1,14 +1,23 @@
 #pragma once
 // The link metrics of a tracked trial, measured on its curves and kept in the lab.
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "analysis/link/link_series.h"
+#include "db/files/trial_toml.h"
 #include "db/lab.h"
 #include "model/progress.h"
 #include "model/result.h"
 
 namespace tendril::cli {
+
+// The curves of a trial's folder as they are to be measured against the axis that trial.toml states: where
+// curves.h5 says that the object moved, as that sees them.
+//   errors  as ReadCurves, ReadObjectsOverTime
+Result<std::vector<CurveSeries>> CurvesAboutObject(const std::filesystem::path& folder,
+                                                   const TrialSpec& trial);
 
 // Measures every frame of the trial's curves.h5, the object's axis as trial.toml states it, and stores the
 // rows with what they were made from. `options.axis` is replaced by the object's.

@@ -1,31 +1,28 @@
 #pragma once
-// A simulated trial kept in a lab: its scene, curves, links and what the run says of itself.
+// A simulated trial kept in a lab: its scene, curves, links, what the run says of itself, and how the grasp
+// was tested.
 
 #include <string>
 
 #include "analysis/link/link_series.h"
+#include "cli/simulate_call.h"
+#include "cli/simulate_outputs.h"
 #include "db/lab.h"
-#include "model/scene/simulate.h"
 
 namespace tendril::cli {
 
 struct SimulatedTrial {
-  std::string scene_file{};
-  std::string scene_text{};  // as it was run
-  std::string label{};       // empty: made up
-  const Scene* scene = nullptr;
-  const SimulationPlan* plan = nullptr;
-  const Simulated* run = nullptr;
+  const SimulateCall* call = nullptr;
+  const FinishedRun* finished = nullptr;
   const LinkSeries* links = nullptr;
-  std::uint64_t trial_number = 0;
-  double wall_s = 0;
 };
 
 // What a trial of that scene is called by in the lab.
 //   errors  kBadInput  a scene without a gripper: a trial has one
 Status CheckIsTrial(const Scene& scene);
 
-// A trial of kind `simulated`; one that diverged is in state `failed`, with what it reached.
+// A trial of kind `simulated`; one that diverged is in state `failed`, with what it reached. A test of
+// holding becomes an outcome by the program (HoldingResult::Grasped), which any person's overrules.
 //   returns  its label
 //   errors   as CheckIsTrial, BeginTrial, WriteCurves
 Result<std::string> StoreSimulatedTrial(Lab& lab, const SimulatedTrial& trial);

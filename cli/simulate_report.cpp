@@ -1,10 +1,33 @@
 #include "cli/simulate_report.h"
 
+#include <fmt/ranges.h>
+
 #include <cmath>
 
+#include "analysis/link/seen_from.h"
 #include "db/files/scene_toml.h"
+#include "model/scene/driven.h"
 
 namespace tendril::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json JsonOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// To a tenth of a millimetre, m.
+std::string PlaceText(const Eigen::Vector3d& v) {
+  const auto rounded = [](double x) { return std::round(1e4 * x) / 1e4 + 0.0; };
+  return fmt::format("({}, {}, {})", rounded(v.x()), rounded(v.y()), rounded(v.z()));
+}
+
+std::string NameOf(ObjectMotion motion) {
+  return motion == ObjectMotion::kFixed ? "fixed" : motion == ObjectMotion::kFree ? "free" : "hanging";
+}
+
+}  // namespace
 
 nlohmann::ordered_json TermsOf(const SimulationPlan& plan) {
   auto terms = nlohmann::ordered_json::array();
@@ -30,41 +53,104 @@ void TellPlan(const Scene& scene, const SimulationPlan& plan, Output& out) {
   }
 }
 
-std::optional<Axis> AxisOf(const Scene& scene) {
-  for (const SceneObject& object : scene.objects) {
-    const FixedBody& body = object.body;
-    if (body.start != body.end) return Axis{body.start, body.end - body.start};
+void TellRun(const Scene& scene, const Simulated& done, double wall_s, double resumed_at, Output& out) {
+  auto& fields = out.fields();
+  const double reached = done.curves[0].time.size() > 0 ? done.curves[0].time.tail<1>()[0] : 0;
+  fields["wall_s"] = wall_s;
+  fields["steps"] = done.steps;
+  fields["diverged"] = done.diverged.has_value();
+  if (done.diverged) {
+    fields["divergence"] = {{"time_s", done.diverged->time},
+                            {"rod", done.diverged->rod},
+                            {"element", done.diverged->element},
+                            {"why", done.diverged->why},
+                            {"suggested_step_s", done.diverged->suggested_step}};
+  }
+  out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} {}", reached, scene.duration, wall_s,
+            (reached - resumed_at) / wall_s, done.steps,
+            scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
+}
+
+void TellObjects(const Scene& scene, const Simulated& done, Output& out) {
+  auto& list = out.fields()["objects"] = Json::array();
+  const bool contact = scene.level != SimulationLevel::kStatic;
+  for (std::size_t o = 0; o < done.objects.size(); ++o) {
+    const ObjectSeries& series = done.objects[o];
+    const SceneObject& object = scene.objects[o];
+    const Eigen::Isometry3d& pose = series.poses.back();
+    const Eigen::Vector3d start = object.pose.translation(), end = pose.translation();
+    const double moved = (end - start).norm();
+    const double turned =
+        Eigen::AngleAxisd(object.pose.linear().transpose() * pose.linear()).angle() * 180 / M_PI;
+    const double force = series.forces.back().norm();
+    const bool touched = force > 0;
+    list.push_back({{"name", series.name},
+                    {"kind", object.kind},
+                    {"motion", NameOf(object.motion)},
+                    {"start_m", JsonOf(start)},
+                    {"end_m", JsonOf(end)},
+                    {"moved_m", moved},
+                    {"turned_deg", turned},
+                    {"touched_at_end", contact ? Json(touched) : Json(nullptr)},
+                    {"force_N", contact ? JsonOf(series.forces.back()) : Json(nullptr)}});
+    const std::string touch = !contact  ? ""
+                              : touched ? fmt::format("; at the end rods press on it with {:.3g} N", force)
+                                        : "; at the end no rod touches it";
+    if (object.motion == ObjectMotion::kFixed) {
+      out.Print("object {}: fixed at {} m{}", series.name, PlaceText(start), touch);
+      continue;
+    }
+    out.Print("object {}: {}, from {} to {} m, {:.1f} mm away, turned by {:.1f} deg{}", series.name,
+              NameOf(object.motion), PlaceText(start), PlaceText(end), 1e3 * moved, turned, touch);
+  }
+}
+
+std::optional<std::size_t> AxialObject(const Scene& scene) {
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    if (scene.objects[o].body.start != scene.objects[o].body.end) return o;
   }
   return std::nullopt;
 }
 
-Result<LinkSeries> TellLink(const Scene& scene, const std::vector<CurveSeries>& curves, Output& out) {
+Result<LinkSeries> TellLink(const Scene& scene, const Simulated& done, Output& out) {
   LinkOptions options;
-  options.axis = AxisOf(scene);
-  Result<LinkSeries> links = MeasureLinkSeries(curves, options);
+  const std::optional<std::size_t> axial = AxialObject(scene);
+  if (axial) {
+    const FixedBody& body = scene.objects[*axial].body;
+    options.axis = Axis{body.start, body.end - body.start};
+  }
+  // The axis is where it was at the start; curves go with an object that moved.
+  const bool moves = axial && scene.objects[*axial].motion != ObjectMotion::kFixed;
+  Result<LinkSeries> links =
+      MeasureLinkSeries(moves ? SeenFrom(done.objects[*axial].poses, done.curves) : done.curves, options);
   if (!links.ok()) return links;
-  const auto or_null = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-  };
-  auto& list = out.fields()["link"] = nlohmann::ordered_json::array();
-  int passed = 0;
+  auto& list = out.fields()["link"] = Json::array();
+  int jumps = 0;
   for (const LinkEvent& event : links.value().events)
-    passed += event.kind == LinkEvent::Kind::kBodyPassed ? 1 : 0;
+    jumps += event.kind == LinkEvent::Kind::kBodyPassed ? 1 : 0;
   for (size_t f = 0; f < links.value().frames.size(); ++f) {
     const LinkReport& report = links.value().frames[f];
     list.push_back({{"time", links.value().time[static_cast<Eigen::Index>(f)]},
-                    {"mutual_link", or_null(report.mutual_link)},
-                    {"object_link", or_null(report.object_link)}});
+                    {"mutual_link", OrNull(report.mutual_link)},
+                    {"object_link", OrNull(report.object_link)}});
   }
-  out.fields()["bodies_passed"] = passed;
+  const bool certain = done.nothing_passed.value_or(false);
+  out.fields()["bodies_passed"] = certain ? 0 : jumps;
+  out.fields()["link_jumps"] = jumps;
   const LinkReport& end = links.value().AtEnd();
-  if (curves.size() > 1) out.Print("mutual link {:.4f} turns", end.mutual_link);
+  if (done.curves.size() > 1) out.Print("mutual link {:.4f} turns", end.mutual_link);
   if (options.axis) out.Print("object link {:.4f} turns", end.object_link);
-  if (passed > 0) {
+  if (jumps > 0 && certain) {
+    out.Print(
+        "{} jumps of a link between frames, though no body passed through another: to links the object's "
+        "axis is "
+        "a line without ends, and rods went around the object's",
+        jumps);
+  } else if (jumps > 0) {
     out.Warn(fmt::format(
-        "{} jumps of a link by a whole turn between frames: a body went through another, or through "
-        "another's extension to infinity",
-        passed));
+        "{} jumps of a link by a whole turn between frames: a body passed through another, or around "
+        "an end of the object, whose axis is a line without ends to links",
+        jumps));
   }
   return links;
 }
@@ -75,24 +161,59 @@ void TellPassages(const Simulated& done, Output& out) {
   if (!done.nothing_passed) return;
   const bool touched = std::isfinite(done.least_axis_distance);
   fields["nothing_passed"] = *done.nothing_passed;
-  fields["least_axis_distance_m"] =
-      touched ? nlohmann::ordered_json(done.least_axis_distance) : nlohmann::ordered_json(nullptr);
+  fields["least_axis_distance_m"] = OrNull(done.least_axis_distance);
   fields["longest_move_m"] = done.longest_move;
-  const char* const verdict =
-      *done.nothing_passed ? "no body passed through another" : "a body may have passed through another";
+  fields["longest_stick_share"] = done.longest_stick;
   if (touched) {
     out.Print("contact: axes never nearer than {:.3g} mm ({:.2f} of the radii's sum)",
               1e3 * done.least_axis_distance, done.least_axis_share);
   }
-  out.Print("nodes never moved farther than {:.3g} mm in a step: {}", 1e3 * done.longest_move, verdict);
-  const double overlap = 1 - done.least_axis_share;
-  if (touched && overlap > 0.125) {
-    out.Warn(fmt::format("bodies overlapped by {:.0f} % of a radius: the contact is too soft to be believed",
-                         200 * overlap));
+  out.Print(
+      "nodes never moved farther than {:.3g} mm in a step: {}", 1e3 * done.longest_move,
+      *done.nothing_passed ? "no body passed through another" : "a body may have passed through another");
+}
+
+void TellDoubts(const Simulated& done, Output& out) {
+  out.fields()["trusted"] = done.doubts.empty();
+  out.fields()["doubts"] = done.doubts;
+  if (done.doubts.empty()) return;
+  out.Warn(fmt::format(
+      "the run cannot be trusted: {} (stiffer contact, slower motions or a shorter step may help)",
+      fmt::join(done.doubts, "; ")));
+}
+
+HoldingTest HoldingTestNamed(const std::string& name) {
+  for (const HoldingTest test : {HoldingTest::kLift, HoldingTest::kLoad, HoldingTest::kStrike}) {
+    if (NameOf(test) == name) return test;
   }
-  if (!*done.nothing_passed) {
-    out.Warn(fmt::format("{}: the contact is too soft or the step too long", verdict));
-  }
+  return HoldingTest::kRelease;
+}
+
+Result<HoldingVerdict> TellHolding(const Scene& scene, const HoldingPlan& plan, const Simulated& done,
+                                   Output& out) {
+  const Result<std::vector<Driven>> rods = MakeRods(scene, 0);
+  if (!rods.ok()) return rods.error();
+  double mass = 0;
+  for (const Driven& d : rods.value()) mass += d.rod.mass.sum();
+  const Result<HoldingResult> judged = JudgeHolding(scene, plan.test, plan.times, plan.options, done, mass);
+  if (!judged.ok()) return judged.error();
+  const HoldingResult& result = judged.value();
+  const HoldingVerdict verdict{result, RuleOf(plan.test, plan.options),
+                               scene.objects[plan.options.object].mass};
+  out.fields()["holding"] = {{"test", NameOf(result.test)},
+                             {"lifted", result.lifted},
+                             {"held", result.held},
+                             {"grasped", result.Grasped()},
+                             {"rise_m", OrNull(result.rise)},
+                             {"shift_m", OrNull(result.shift)},
+                             {"payload_kg", OrNull(result.payload)},
+                             {"payload_is_least", result.payload_is_least},
+                             {"payload_by_rods_mass", OrNull(result.payload_ratio)},
+                             {"strikes", result.strikes},
+                             {"release_s", OrNull(result.release_time)},
+                             {"rule", verdict.rule}};
+  out.Print("{}: {}", NameOf(result.test), result.Sentence());
+  return verdict;
 }
 
 }  // namespace tendril::cli

@@ -8,6 +8,7 @@
 
 #include "analysis/statistics/intervals.h"
 #include "cli/lab_option.h"
+#include "cli/left_out.h"
 #include "db/trial_query.h"
 
 namespace tendril::cli {
@@ -19,12 +20,14 @@ struct StatsCall {
   std::vector<std::string> where;
   std::string kind = "real";
   bool csv = false;
+  bool include_untrusted = false;
 };
 
 Result<RateQuestion> QuestionOf(const StatsCall& call) {
   RateQuestion question;
   question.by = call.by;
   question.kind = *TrialKindOf(call.kind);  // the option takes known kinds only
+  question.include_untrusted = call.include_untrusted;
   for (const std::string& text : call.where) {
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
@@ -156,9 +159,11 @@ Status RunStats(const StatsCall& call, Output& out) {
   if (!lab.ok()) return lab.error();
   const auto groups = CountGrasps(lab.value(), question.value());
   if (!groups.ok()) return groups.error();
+  const auto left_out = TellLeftOut(lab.value(), question.value(), out);
+  if (!left_out.ok()) return left_out.error();
   out.fields()["kind"] = call.kind;
   AddFields(groups.value(), out);
-  if (groups.value().empty()) {
+  if (groups.value().empty() && left_out.value() == 0) {
     if (Status said = ExplainNothing(call, lab.value(), out); !said.ok()) return said;
   }
   if (call.csv) {
@@ -193,6 +198,8 @@ Command MakeStatsCommand() {
             app.add_option("--kind", call->kind, "kind of trial; kinds are never mixed")
                 ->check(CLI::IsMember({"real", "virtual", "simulated", "published"}))
                 ->capture_default_str();
+            app.add_flag("--include-untrusted", call->include_untrusted,
+                         "also count simulations whose contacts speak against them");
             app.add_flag("--csv", call->csv, "print CSV");
           },
       .run = [call](Output& out) { return RunStats(*call, out); },

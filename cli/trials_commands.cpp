@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/lab_option.h"
+#include "cli/stored_simulation.h"
 #include "db/trial_details.h"
 #include "db/trial_query.h"
 #include "db/trial_store.h"
@@ -35,13 +36,14 @@ Json JsonOf(const TrialOverview& trial) {
           {"distance_m", trial.distance},
           {"pull", trial.pull},
           {"void", trial.voided},
-          {"grasped", JsonOf(trial.grasped)}};
+          {"grasped", JsonOf(trial.grasped)},
+          {"trusted", trial.trusted}};
 }
 
 std::string OutcomeText(const TrialOverview& trial) {
   if (trial.voided) return "void";
-  if (!trial.grasped) return "-";
-  return *trial.grasped ? "success" : "failure";
+  const std::string judged = !trial.grasped ? "-" : *trial.grasped ? "success" : "failure";
+  return trial.trusted ? judged : judged + " (not trusted)";
 }
 
 // A command about one trial: the lab, the trial as it was named, and the id it has.
@@ -138,6 +140,7 @@ void AddDetails(const TrialDetails& details, Output& out) {
                                 {"text", event.text},
                                 {"load_N", JsonOf(event.load_N)}});
   }
+  if (details.simulation) fields["simulation"] = SimulationAsJson(*details.simulation);
 }
 
 void PrintDetails(const TrialDetails& details, Output& out) {
@@ -150,6 +153,7 @@ void PrintDetails(const TrialDetails& details, Output& out) {
             trial.distance, trial.medium, trial.pull);
   out.Print("  outcome: {}", OutcomeText(trial));
   if (!details.notes.empty()) out.Print("  {}", details.notes);
+  if (details.simulation) PrintSimulation(*details.simulation, out);
   if (!details.files.empty()) out.Print("files:");
   for (const RecordedFile& file : details.files) {
     std::string counts;

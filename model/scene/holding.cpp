@@ -111,6 +111,7 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
     if (lost && std::isnan(lost_at)) lost_at = time[f];
     if (object.forces[static_cast<std::size_t>(f)].norm() > 0) touched_last = time[f];
   }
+  result.lifted = lifted;
   result.held = lifted && std::isnan(lost_at);
   if (!lifted) return result;
   const double lasted = std::isnan(lost_at) ? times.end - times.test : lost_at - times.test;
@@ -132,6 +133,29 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
           (std::isnan(lost_at) ? touched_last : std::min(lost_at, touched_last)) - times.test;
   }
   return result;
+}
+
+bool HoldingResult::Grasped() const {
+  return test == HoldingTest::kLift || test == HoldingTest::kStrike ? held : lifted;
+}
+
+std::string RuleOf(HoldingTest test, const HoldingOptions& options) {
+  const auto mm = [](double length) { return ShortNumber(std::round(1e4 * length) / 10) + " mm"; };
+  const std::string lifted = "lifted by " + mm(options.height) +
+                             ", the object's centre stayed above its start for " +
+                             ShortNumber(options.watch_time) + " s";
+  switch (test) {
+    case HoldingTest::kLift:
+      return lifted;
+    case HoldingTest::kLoad:
+      return lifted + ", before the load grew";
+    case HoldingTest::kStrike:
+      return lifted + ", and sank by less than " + mm(options.lost_share * options.height) + " in " +
+             std::to_string(4 * options.strikes_a_side) + " strikes";
+    case HoldingTest::kRelease:
+      return lifted + ", before the tendons unwound";
+  }
+  return {};
 }
 
 std::string HoldingResult::Sentence() const {

@@ -48,16 +48,23 @@ Result<HoldingTimes> AddHoldingTest(Scene& scene, HoldingTest test, const Holdin
 
 struct HoldingResult {
   HoldingTest test = HoldingTest::kLift;
-  bool held = false;                                          // of kRelease: let go
-  double rise = 0;                                            // the least while it is watched, m
-  double shift = 0;                                           // the most from where it hung after the lift, m
+  bool lifted = false;  // rose with the carrier and stayed, by RuleOf(kLift)
+  bool held = false;    // of kRelease: let go
+  double rise = 0;      // the least while it is watched, m
+  double shift = 0;     // the most from where it hung after the lift, m
   double payload = std::numeric_limits<double>::quiet_NaN();  // kLoad: the object and what slipped it, kg
   bool payload_is_least = false;                              // the largest load did not slip it
   double payload_ratio = std::numeric_limits<double>::quiet_NaN();  // by the rods' own mass
   int strikes = 0;                                                  // that it withstood
   double release_time = std::numeric_limits<double>::quiet_NaN();  // kRelease: from the start of unwinding, s
   std::string Sentence() const;
+  // Whether it counts as a grasp: of kLift and kStrike, held; of kLoad and kRelease, lifted before the load
+  // grows or the tendons unwind. What a grasp carries, and whether it lets go, are other questions.
+  bool Grasped() const;
 };
+
+// What Grasped() asks, in words.
+std::string RuleOf(HoldingTest test, const HoldingOptions& options = {});
 
 // From the frames of a run of that scene: some ten a second or more.
 //   rods_mass  kg

@@ -111,7 +111,6 @@ TEST_F(LabCommands, BadCallsExitWithTwoAndOneLine) {
   ExpectRefused({"stats", "--by", "1; DROP TABLE trial"}, "unknown name");
   ExpectRefused({"stats", "--where", "medium"}, "expected NAME=VALUE");
   ExpectRefused({"stats", "--where", "distance=near"}, "expected a number in m");
-  ExpectRefused({"stats", "--csv", "--json"}, "not both");
   ExpectRefused({"trials", "show", "r-2"}, "did you mean r-1?");
   ExpectRefused({"trials", "outcome", "r-1", "--by", "Ada"}, "--success or --failure");
   ExpectRefused({"trials", "outcome", "r-1", "--success", "--failure", "--by", "Ada"},
@@ -121,6 +120,15 @@ TEST_F(LabCommands, BadCallsExitWithTwoAndOneLine) {
   EXPECT_EQ(In({"trials", "outcome", "r-1", "--success"}).exit_code, 2);
   EXPECT_EQ(In({"stats", "--kind", "imagined"}).exit_code, 2);
   EXPECT_THAT(In({"trials", "show", "r-1"}).out, HasSubstr("outcome: -"));
+  // Programs get the message, too, also of a call that cannot be parsed.
+  for (const std::vector<std::string>& call : std::vector<std::vector<std::string>>{
+           {"stats", "--csv", "--json"}, {"stats", "--kind", "imagined", "--json"}, {"statz", "--json"}}) {
+    const ProgramRun run = In(call);
+    EXPECT_EQ(run.exit_code, 2);
+    const json told = json::parse(run.out, nullptr, false);
+    ASSERT_TRUE(told.contains("error")) << call[0] << run.out;
+    EXPECT_THAT(run.err, HasSubstr(told.value("error", "nothing")));
+  }
 }
 
 TEST_F(LabCommands, ATrialTellsItsStory) {
