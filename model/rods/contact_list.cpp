@@ -301,6 +301,7 @@ std::vector<double> ContactList::Save() const {
       saved.push_back(nodes_[static_cast<std::size_t>(at)]);
     }
   }
+  for (const Placed& placed : solids_) saved.insert(saved.end(), {placed.gap, placed.longest_step});
   rod_pairs_.SaveSprings(saved);
   for (const Part& part : parts_) part.slots.SaveSprings(saved);
   return saved;
@@ -310,6 +311,7 @@ bool ContactList::Restore(std::span<const double> saved) {
   // Springs' numbers come and go: their lists are looked through before anything changes.
   std::size_t from = 9;
   for (std::size_t r = 0; r < rods_; ++r) from += 3 * (static_cast<std::size_t>(strands_[r].elements) + 1);
+  from += 2 * solids_.size();
   const std::size_t springs = from;
   for (std::size_t list = 0; list <= parts_.size(); ++list) {
     if (from >= saved.size() || !(saved[from] >= 0 && saved[from] < 1e9)) return false;
@@ -331,6 +333,10 @@ bool ContactList::Restore(std::span<const double> saved) {
       const int at = strands_[r].lane + kRodLanes * i;
       nodes_[static_cast<std::size_t>(at)] = saved[from++];
     }
+  }
+  for (Placed& placed : solids_) {
+    placed.gap = saved[from++];
+    placed.longest_step = saved[from++];
   }
   TENDRIL_CHECK(from == springs);
   from += rod_pairs_.RestoreSprings(saved.data() + from);

@@ -11,6 +11,7 @@
 // rounding.
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -79,9 +80,8 @@ class ContactList {
   // nodes went less far than axes were apart. (Elements that are left out as neighbours along a rod are not
   // looked at.) Nothing is known with kHertzCenters: axes can cross between centres.
   std::optional<bool> NothingPassed() const {
-    return contact_.law == ContactLaw::kHertzCenters
-               ? std::nullopt
-               : std::optional(nothing_passed_ && 2 * longest_since_ < least_gap_);
+    return contact_.law == ContactLaw::kHertzCenters ? std::nullopt
+                                                     : std::optional(nothing_passed_ && KeptApart());
   }
 
  private:
@@ -140,6 +140,8 @@ class ContactList {
   void PutConstants(ContactSlots& slots) const;
   void PutPressConstants(ContactSlots& slots) const;
   void PlaceSolid(const Solid& solid);
+  // Since pairs were chosen, nothing went as far as it was apart.
+  bool KeptApart() const;
   void FollowSolids(double time_step);
   void ChooseOnSolids();
   void ChooseOnPart(std::size_t part);
@@ -177,6 +179,9 @@ class ContactList {
     Eigen::Isometry3d chosen_pose = Eigen::Isometry3d::Identity();  // when pairs were last chosen
     double allowed = 0;  // how far its surface may go from there, m
     double step = 0;     // by how much it moved just now, at most, m
+    // Since pairs were chosen: how near its surface may have come to an axis, but for the last step; its
+    // longest step.
+    double gap = std::numeric_limits<double>::infinity(), longest_step = 0;
     Wrench wrench;
   };
   struct Part {

@@ -104,7 +104,7 @@ void ContactList::ChoosePairs() {
   contact_kernel::KernelsOfThisMachine().measure(row);
   if (forgotten_ || row.strayed > 0) MakeNeighbours();
   // What was chosen before has come as near as it was allowed, and a step nearer on either side.
-  if (2 * longest_since_ >= least_gap_) nothing_passed_ = false;
+  if (!KeptApart()) nothing_passed_ = false;
   longest_since_ = 0;
   row.least_gap = kNothing;
   row.element = element_.data(), row.first = first_.data(), row.runs = runs_.data();

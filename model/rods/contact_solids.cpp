@@ -56,6 +56,12 @@ void ContactList::PutSolid(std::size_t solid, const Eigen::Isometry3d& pose, con
   to.spin = spin;
 }
 
+bool ContactList::KeptApart() const {
+  return 2 * longest_since_ < least_gap_ &&
+         std::all_of(solids_.begin(), solids_.end(),
+                     [&](const Placed& placed) { return longest_since_ + placed.longest_step < placed.gap; });
+}
+
 void ContactList::FollowSolids(double time_step) {
   for (Placed& placed : solids_) {
     const Solid& solid = placed.solid;
@@ -65,13 +71,15 @@ void ContactList::FollowSolids(double time_step) {
     const double moved = (placed.chosen_pose.translation() - solid.pose.translation()).norm() + turned;
     placed.step = time_step * (solid.velocity.norm() + solid.spin.norm() * reach);
     left_ = left_ || moved > placed.allowed;
-    longest_since_ = std::max(longest_since_, placed.step);
+    placed.longest_step = std::max(placed.longest_step, placed.step);
   }
 }
 
 void ContactList::ChooseOnSolids() {
   for (Placed& placed : solids_) {
     placed.chosen_pose = placed.solid.pose;
+    placed.gap = std::numeric_limits<double>::infinity();
+    placed.longest_step = 0;
     placed.allowed =
         std::clamp(kStepsAhead * placed.step, kLeastAllowed * thinnest_, kMostAllowed * thinnest_);
   }
@@ -81,7 +89,7 @@ void ContactList::ChooseOnSolids() {
 void ContactList::ChooseOnPart(std::size_t number) {
   using namespace contact_kernel;
   Part& part = parts_[number];
-  const Placed& placed = solids_[part.solid];
+  Placed& placed = solids_[part.solid];
   const Eigen::Isometry3d object_from_lab = placed.solid.pose.inverse();
   const Vector3d middle = placed.solid.pose * part.primitive.object_from_primitive.translation();
   const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *bound = At(kBound);
@@ -94,8 +102,17 @@ void ContactList::ChooseOnPart(std::size_t number) {
     for (int i = strand.place; i < strand.place + strand.elements; ++i) {
       const Vector3d centre(x[i], y[i], z[i]);
       const double near = bound[i] + placed.allowed;
-      if ((centre - middle).squaredNorm() >= (part.reach + near) * (part.reach + near)) continue;
-      if (DistanceTo(part.primitive, object_from_lab * centre).distance >= near) continue;
+      const double square = (centre - middle).squaredNorm();
+      if (square >= (part.reach + near) * (part.reach + near)) {
+        placed.gap = std::min(placed.gap, std::sqrt(square) - part.reach - near + radius[i]);
+        continue;
+      }
+      const double distance = DistanceTo(part.primitive, object_from_lab * centre).distance;
+      if (distance >= near) {
+        // What is not chosen keeps its radius off all the while.
+        placed.gap = std::min(placed.gap, distance - near + radius[i]);
+        continue;
+      }
       slots.one_place.push_back(i);
       // How near its axis may come to the surface, between points that are looked at no farther apart than
       // half its radius.
@@ -107,7 +124,7 @@ void ContactList::ChooseOnPart(std::size_t number) {
         least = std::min(least, DistanceTo(part.primitive, object_from_lab * point).distance);
       }
       least -= 0.5 * (end - start).norm() / pieces + drift[i] + placed.allowed;
-      least_gap_ = std::min(least_gap_, least);
+      placed.gap = std::min(placed.gap, least);
     }
   }
   slots.found = static_cast<int>(slots.one_place.size());
