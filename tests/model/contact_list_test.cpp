@@ -72,7 +72,8 @@ std::vector<Solid> Solids() {
   solids[0].pose.translation() = Vector3d(0.01, -0.02, 0);
   solids[0].velocity = {0.1, -0.2, 0.05};
   solids[0].spin = {1, 2, -0.5};
-  solids[1].shape = {{PrimitiveKind::kBox, 0, {0.03, 0.02, 0.01}}, {PrimitiveKind::kCylinder, 0.02, {0, 0, 0.03}}};
+  solids[1].shape = {{PrimitiveKind::kBox, 0, {0.03, 0.02, 0.01}},
+                     {PrimitiveKind::kCylinder, 0.02, {0, 0, 0.03}}};
   solids[1].pose.translation() = Vector3d(-0.03, 0.03, 0.02);
   solids[1].spin = {0, 0, 3};
   solids[1].friction = 0.6;
@@ -122,7 +123,8 @@ double WorstDifference(const ContactList& list, const Loads& expected) {
     list.AddCouples(r, couple.data(), 1);
     worst = std::max(worst, (force - expected.rods[r].force).cwiseAbs().maxCoeff() / expected.largest);
     if (expected.largest_couple == 0) continue;
-    worst = std::max(worst, (couple - expected.rods[r].couple).cwiseAbs().maxCoeff() / expected.largest_couple);
+    worst =
+        std::max(worst, (couple - expected.rods[r].couple).cwiseAbs().maxCoeff() / expected.largest_couple);
   }
   for (std::size_t s = 0; s < expected.solids.size(); ++s) {
     const Wrench found = list.OnSolid(s);
@@ -203,8 +205,7 @@ TEST(ContactList, PressingAndFrictionAgreeWithThePlainFormWhileRodsAndSolidsMove
             solid.pose.translation() += kStep * solid.velocity;
             const double angle = kStep * solid.spin.norm();
             if (angle > 0) {
-              solid.pose.linear() =
-                  Eigen::AngleAxisd(angle, solid.spin.normalized()) * solid.pose.linear();
+              solid.pose.linear() = Eigen::AngleAxisd(angle, solid.spin.normalized()) * solid.pose.linear();
             }
           }
         }
@@ -289,7 +290,8 @@ TEST(Contact, TwoStiffRodsThatMeetDoAsHertzSays) {
   double deepest = 0, lasted = 0;
   for (int step = 0; step < 40000; ++step) {
     StepPlain(rods, step * 1e-6, options, [&](double, std::span<Rod> at, std::span<Matrix3Xd> forces) {
-      for (std::size_t r = 0; r < 2; ++r) list.Put(r, at[r].position.data(), at[r].velocity.data(), nullptr, 1);
+      for (std::size_t r = 0; r < 2; ++r)
+        list.Put(r, at[r].position.data(), at[r].velocity.data(), nullptr, 1);
       ASSERT_TRUE(list.Find(kStep));
       for (std::size_t r = 0; r < 2; ++r) list.AddForces(r, forces[r].data(), 1);
       lasted += forces[0].norm() > 0 ? 1e-6 : 0;

@@ -57,9 +57,11 @@ double Drop(const Matrix3Xd& points) { return points(2, 0) - points(2, points.co
 
 }  // namespace
 
-Scene ValidationScene(const std::string& name, SimulationLevel level, double finer) {
+Scene ValidationScene(const std::string& name, SimulationLevel level, double finer,
+                      const std::vector<std::string>& settings) {
   const std::string folder = std::string(TENDRIL_SOURCE_DIR) + "/examples/scenes/";
-  const Result<Scene> read = ReadScene(folder + (name == "helix" ? name : "validation/" + name) + ".toml");
+  const Result<Scene> read =
+      ReadScene(folder + (name == "helix" ? name : "validation/" + name) + ".toml", settings);
   TENDRIL_CHECK(read.ok());
   Scene scene = read.value();
   scene.level = level;
@@ -241,7 +243,8 @@ const std::vector<ValidationCase>& ValidationCases() {
                                                     {"localised_helix", LocalisedHelixFigures},
                                                     {"plectoneme", PlectonemeFigures},
                                                     {"impact", ImpactFigures},
-                                                    {"free_rod", FreeRodFigures}};
+                                                    {"free_rod", FreeRodFigures},
+                                                    {"capstan", CapstanFigures}};
   return cases;
 }
 

@@ -36,7 +36,9 @@ struct ValidationCase {
 const std::vector<ValidationCase>& ValidationCases();
 
 // A scene of examples/scenes/validation, at a level, with its own number of elements times `finer`.
-Scene ValidationScene(const std::string& name, SimulationLevel level, double finer = 1);
+//   settings  path=value each (docs/formats.md)
+Scene ValidationScene(const std::string& name, SimulationLevel level, double finer = 1,
+                      const std::vector<std::string>& settings = {});
 // As PlanScene plans it. A scene that does not run to its end is a programmer's error here.
 Simulated RunScene(const Scene& scene, const std::vector<double>& times);
 // Each rod at the end.
@@ -59,5 +61,6 @@ std::vector<Figure> LocalisedHelixFigures(bool quick);
 std::vector<Figure> PlectonemeFigures(bool quick);
 std::vector<Figure> ImpactFigures(bool quick);
 std::vector<Figure> FreeRodFigures(bool quick);
+std::vector<Figure> CapstanFigures(bool quick);
 
 }  // namespace tendril::testing_support
