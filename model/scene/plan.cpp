@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 
 // Of the stable step: what coiling, contact and stretching take of it is measured (docs/rods.md, "Step").
 constexpr double kStandardShare = 0.7, kFastShare = 0.85;
+// What sticks is reckoned with the bending waves, and from below.
+constexpr double kStickingShare = 0.95;
 constexpr double kPaperStep = 2e-5;
 constexpr double kFastSlowing = 0.02;
 
@@ -177,6 +179,13 @@ struct Planner {
     for (PlanTerm& term : plan.terms) term = {term.name, false, std::string(without) + "; else: " + term.why};
   }
 
+  double Friction() const {
+    double friction = std::max(scene.contact.friction, scene.contact.static_friction);
+    for (const SceneObject& object : scene.objects)
+      friction = std::max(friction, object.friction.value_or(0));
+    return friction;
+  }
+
   // What contact counts: friction, and how finely along the rods. Between points farther apart than
   // kPointSpacing of the radii's sum a crossing's force changes by more than a fifth as it slides
   // (docs/rods.md, "Contact").
@@ -194,9 +203,7 @@ struct Planner {
                             std::to_string(plan.contact_points) + " points to an element, which is at most " +
                                 ShortNumber(spacing) + " of the radii's sum long"});
     }
-    double friction = std::max(scene.contact.friction, scene.contact.static_friction);
-    for (const SceneObject& object : scene.objects)
-      friction = std::max(friction, object.friction.value_or(0));
+    const double friction = Friction();
     plan.terms.push_back({"friction", friction > 0, "mu = " + ShortNumber(friction)});
   }
 
@@ -306,7 +313,14 @@ struct Planner {
     }
     StableSteps steps = steps_with(plan.relief);
     steps.contact = std::min(steps.contact, StepOfObjects());
-    const double least = steps.Least();
+    double sticking = HUGE_VAL;
+    for (const Driven& d : rods) {
+      if (!(stiffness > 0 && Friction() > 0) || scene.contact.law != ContactLaw::kHertzSegments) break;
+      Rod rod = d.rod;
+      ApplyRelief(plan.relief, rod);
+      sticking = std::min(sticking, kStickingShare / kStandardShare * StickingStep(rod, scene.contact));
+    }
+    const double least = std::min(steps.Least(), sticking);
     const double share = scene.level == SimulationLevel::kFast ? kFastShare : kStandardShare;
     plan.stable_step = least;
     plan.time_step = scene.time_step > 0 ? scene.time_step : paper ? kPaperStep : share * least;
@@ -314,6 +328,7 @@ struct Planner {
                              : least == steps.bend  ? "bending"
                              : least == steps.twist ? "twist"
                              : least == steps.shear ? "shear"
+                             : least == sticking    ? "what sticks"
                                                     : "contact";
     plan.step_why = scene.time_step > 0 ? "the scene's time_step"
                     : paper ? "the paper's; " + ShortNumber(least) + " s are stable, as " + what + " has it"

@@ -60,6 +60,11 @@ struct StableSteps {
 //   contact_stiffness  N/m^(3/2); 0: none;  contact_damping  N s/m
 StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double contact_damping = 0);
 
+// The largest that is stable for a rod that sticks by its surface along its whole length, with its bending
+// waves: what pulls there also turns the elements, the more easily the thinner and the shorter they are. A
+// bound from below.
+double StickingStep(const Rod& rod, const Contact& contact);
+
 void ApplyRelief(const RodRelief& relief, Rod& rod);
 
 }  // namespace tendril

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/rods/press.h"
 #include "model/scene/plan.h"
 
 namespace tendril {
@@ -56,6 +57,26 @@ StableSteps StableStepsOf(const Rod& rod, double contact_stiffness, double conta
     if (contact_stiffness > 0) least(steps.contact, contact);
   }
   return steps;
+}
+
+double StickingStep(const Rod& rod, const Contact& contact) {
+  const double bending = StableStepsOf(rod, 0).Least();
+  double least = HUGE_VAL;
+  for (Index i = 0; i < rod.elements(); ++i) {
+    const double radius = rod.radius[i];
+    const bool at_end = i == 0 || i + 1 == rod.elements();
+    const double mass = std::min(rod.mass[i], rod.mass[i + 1]) * (at_end ? 2 : 1);
+    const double gives = 1 / mass + radius * radius / rod.inertia(0, i);
+    const double surface = SurfaceStiffness(contact.stiffness, radius) * rod.rest_length[i];
+    const double damper =
+        contact.damping * std::max(1.0, surface / ReferenceStiffness(contact.stiffness, 2 * radius));
+    const double square =
+        kReckonedContacts * contact.tangential_ratio * surface * gives + 4 / (bending * bending);
+    // (omega h)^2 + 2 gamma h = 4: a damper takes the velocity from before the kick.
+    const double gamma = kReckonedContacts * damper * gives;
+    least = std::min(least, 4 / (gamma + std::sqrt(gamma * gamma + 4 * square)));
+  }
+  return least;
 }
 
 void ApplyRelief(const RodRelief& relief, Rod& rod) {
