@@ -244,7 +244,15 @@ const std::vector<ValidationCase>& ValidationCases() {
                                                     {"plectoneme", PlectonemeFigures},
                                                     {"impact", ImpactFigures},
                                                     {"free_rod", FreeRodFigures},
-                                                    {"capstan", CapstanFigures}};
+                                                    {"capstan", CapstanFigures},
+                                                    {"incline", InclineFigures},
+                                                    {"rolling", RollingFigures},
+                                                    {"stick_slip", StickSlipFigures},
+                                                    {"tangle", TangleFigures},
+                                                    {"sinking", SinkingFigures},
+                                                    {"pendulum", PendulumFigures},
+                                                    {"collision", CollisionFigures},
+                                                    {"held", HeldFigures}};
   return cases;
 }
 

@@ -62,5 +62,13 @@ std::vector<Figure> PlectonemeFigures(bool quick);
 std::vector<Figure> ImpactFigures(bool quick);
 std::vector<Figure> FreeRodFigures(bool quick);
 std::vector<Figure> CapstanFigures(bool quick);
+std::vector<Figure> InclineFigures(bool quick);
+std::vector<Figure> RollingFigures(bool quick);
+std::vector<Figure> StickSlipFigures(bool quick);
+std::vector<Figure> TangleFigures(bool quick);
+std::vector<Figure> SinkingFigures(bool quick);
+std::vector<Figure> PendulumFigures(bool quick);
+std::vector<Figure> CollisionFigures(bool quick);
+std::vector<Figure> HeldFigures(bool quick);
 
 }  // namespace tendril::testing_support

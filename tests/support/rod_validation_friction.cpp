@@ -1,9 +1,14 @@
 // Rods and objects that rub.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <numbers>
+#include <span>
 
 #include "model/check.h"
+#include "model/rods/contact_plain.h"
+#include "model/rods/press.h"
+#include "model/rods/rod_plain.h"
 #include "tests/support/rod_validation.h"
 
 namespace tendril::testing_support {
@@ -23,6 +28,37 @@ std::string Setting(const std::string& path, double value) { return path + "=" +
 double CapstanRate(double friction, double e) {
   const double a = e * friction, c = friction * (1 - e);
   return 2 * c / (1 + std::sqrt(1 + 4 * a * c));
+}
+
+// The incline's box and rod under gravity turned so that tan(theta) is a share of mu: how far each goes in
+// the second half of the run, m.
+std::array<double, 2> SlidesInSecondHalf(double share) {
+  Scene scene = ValidationScene("incline", kStandard);
+  const double slope = std::atan(share * scene.contact.friction);
+  scene.gravity = scene.gravity.norm() * Vector3d(std::sin(slope), 0, -std::cos(slope));
+  const Simulated run = RunScene(scene, {0.5 * scene.duration, scene.duration});
+  const auto& box = run.objects[0].poses;
+  const auto& rod = run.curves[0].curves;
+  return {box[1].translation().x() - box[0].translation().x(),
+          rod[1].points.row(0).mean() - rod[0].points.row(0).mean()};
+}
+
+// What contact between the rods stores, J.
+double StoredInContact(const Contact& contact, std::span<const Rod> rods) {
+  double stored = 0;
+  const auto side = [](const Rod& rod, Index i) {
+    return PressSide{rod.position.col(i), rod.position.col(i + 1), rod.radius[i], rod.rest_length[i]};
+  };
+  for (std::size_t a = 0; a < rods.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      for (Index i = 0; i < rods[a].elements(); ++i) {
+        for (Index j = 0; j < rods[b].elements(); ++j) {
+          stored += PressOf(contact.stiffness, contact.points, side(rods[a], i), side(rods[b], j)).energy;
+        }
+      }
+    }
+  }
+  return stored;
 }
 
 }  // namespace
@@ -66,6 +102,129 @@ std::vector<Figure> CapstanFigures(bool quick) {
     }
   }
   return figures;
+}
+
+std::vector<Figure> InclineFigures(bool /*quick*/) {
+  const Scene scene = ValidationScene("incline", kStandard);
+  const int n = scene.rods[0].design.elements;
+  std::vector<Figure> figures;
+  for (const std::size_t which : {0, 1}) {
+    const std::string of = which == 0 ? "box" : "rod";
+    // Slides where it goes a tenth as far as it would with friction's full force.
+    const double weight = scene.gravity.norm(), half = 0.5 * scene.duration, mu = scene.contact.friction;
+    const auto slides = [&](double share) {
+      const double slope = std::atan(share * mu);
+      const double a = weight * (std::sin(slope) - mu * std::cos(slope));
+      return share > 1 && SlidesInSecondHalf(share)[which] > 0.1 * 1.5 * a * half * half;
+    };
+    double low = 0.98, high = 1.02;
+    for (int k = 0; k < 6; ++k) {
+      const double middle = 0.5 * (low + high);
+      (slides(middle) ? high : low) = middle;
+    }
+    figures.push_back({of + ": tan of the slope where it slides / mu", high, 1, "standard", n});
+    figures.push_back(
+        {of + ": creep at 0.995 mu, m/s", SlidesInSecondHalf(0.995)[which] / half, 0, "standard", n});
+  }
+  return figures;
+}
+
+std::vector<Figure> RollingFigures(bool /*quick*/) {
+  const Scene scene = ValidationScene("rolling", kStandard);
+  const Simulated run = RunScene(scene, {0.5 * scene.duration, scene.duration});
+  std::vector<Figure> figures;
+  for (std::size_t r = 0; r < scene.rods.size(); ++r) {
+    const auto x = [&](std::size_t f) { return run.curves[r].curves[f].points.row(0).mean(); };
+    // From rest: x = a t^2 / 2.
+    const double a = (x(1) - x(0)) / (0.5 * 0.75 * scene.duration * scene.duration);
+    figures.push_back({scene.rods[r].name + ": a, m/s^2", a, scene.gravity.x() / 1.5, "standard",
+                       scene.rods[r].design.elements});
+  }
+  return figures;
+}
+
+std::vector<Figure> StickSlipFigures(bool /*quick*/) {
+  const Scene scene = ValidationScene("stick_slip", kStandard);
+  const SceneRod& rod = scene.rods[0];
+  const SceneObject& block = scene.objects[0].kind == "box" ? scene.objects[0] : scene.objects[1];
+  const std::size_t which = &block == &scene.objects[0] ? 0 : 1;
+  const int count = 6000;
+  std::vector<double> times;
+  for (int i = 0; i <= count; ++i) times.push_back(scene.duration * i / count);
+  const Simulated run = RunScene(scene, times);
+  const auto& series = run.objects[which];
+  const auto x = [&](int i) { return series.poses[static_cast<std::size_t>(i)].translation().x(); };
+  const auto push = [&](int i) { return series.forces[static_cast<std::size_t>(i)].x(); };
+  // Leaps: it moves at more than a tenth of the drive's speed.
+  const double speed = rod.base_motion.velocity.x(), every = scene.duration / count;
+  std::vector<int> starts, ends;
+  bool moving = false;
+  for (int i = 1; i <= count; ++i) {
+    const bool now = x(i) - x(i - 1) > 0.1 * speed * every;
+    if (now && !moving) starts.push_back(i - 1);
+    if (!now && moving) ends.push_back(i);
+    moving = now;
+  }
+  // The first leap comes from rest under no push.
+  TENDRIL_CHECK(starts.size() > 4 && ends.size() > 4);
+  const std::size_t last = std::min(starts.size(), ends.size()) - 1;
+  const double period = every * (starts[last] - starts[1]) / static_cast<double>(last - 1);
+  const double leap = (x(ends[last]) - x(ends[1])) / static_cast<double>(last - 1);
+  // Between leaps, after what rings of one has died away.
+  double rate = 0;
+  for (std::size_t k = 1; k < last; ++k) {
+    const int from = ends[k] + (starts[k + 1] - ends[k]) / 2, until = starts[k + 1] - 5;
+    rate += (push(until) - push(from)) / (every * (until - from)) / static_cast<double>(last - 1);
+  }
+  const double stiffness = rate / speed;
+  const double weight = block.mass * scene.gravity.norm();
+  const double omega = std::sqrt(stiffness / block.mass);
+  const double drop = (scene.contact.static_friction - scene.contact.friction) * weight / stiffness;
+  const double slipping = 2 / omega * (pi - std::atan(omega * drop / speed));
+  const double arm = rod.design.start.z() - 2 * block.pose.translation().z();
+  const double bending = rod.design.youngs_modulus * pi / 4 * std::pow(rod.design.base_radius, 4);
+  const int n = rod.design.elements;
+  return {{"k of the cantilever, N/m", stiffness, 3 * bending / std::pow(arm, 3), "standard", n},
+          {"period by that k, s", period, 2 * drop / speed + slipping, "standard", n},
+          {"leap by that k, m", leap, 2 * drop + speed * slipping, "standard", n}};
+}
+
+std::vector<Figure> TangleFigures(bool /*quick*/) {
+  const Scene scene = ValidationScene("tangle", kStandard);
+  const SimulationPlan plan = PlanScene(scene).value();
+  Contact contact = scene.contact;
+  contact.points = plan.contact_points;
+  std::vector<Rod> rods;
+  const std::vector<Driven> made = MakeRods(scene, 0).value();
+  for (const Driven& driven : made) rods.push_back(driven.rod);
+  PlainContact touch(contact, {.rods = true, .selves = false, .bodies = false});
+  const double step = 0.5 * plan.time_step;
+  const int count = static_cast<int>(scene.duration / step);
+  double start = 0, least = 0, rise = 0, end = 0;
+  for (int i = 0; i <= count; ++i) {
+    if (i % 20 == 0) {
+      double energy = StoredInContact(contact, rods) + touch.StoredBySprings();
+      for (const Rod& rod : rods) energy += EnergyOf(rod).total();
+      if (i == 0) start = least = energy;
+      rise = std::max(rise, energy - least);
+      least = std::min(least, energy);
+      end = energy;
+    }
+    std::vector<RodLoads> loads(rods.size());
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+      DriftPlain(rods[r], RodForm::kEnergy, 0.5 * step);
+      loads[r].force.setZero(3, rods[r].elements() + 1);
+      loads[r].couple.setZero(3, rods[r].elements());
+    }
+    touch.Add(rods, {}, step, loads, {});
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+      KickPlain(rods[r], {.time_step = step}, loads[r].force, loads[r].couple);
+      DriftPlain(rods[r], RodForm::kEnergy, 0.5 * step);
+    }
+  }
+  const int n = scene.rods[0].design.elements;
+  return {{"largest rise of energy / energy at the start", rise / start, 0, "standard", n},
+          {"energy at the end / at the start", end / start, kNone, "standard", n}};
 }
 
 }  // namespace tendril::testing_support
