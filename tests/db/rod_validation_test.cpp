@@ -63,5 +63,32 @@ TEST(RodValidation, TwistedRodsGiveWayWhereTheyShould) {
 
 TEST(RodValidation, RodsThatMeetExchangeTheirSpeeds) { ExpectWithin(ImpactFigures(true), 1e-3); }
 
+TEST(RodValidation, ARodAboutADrumSlidesAsAThickRopeOnACapstan) { ExpectWithin(CapstanFigures(true), 1e-2); }
+
+TEST(RodValidation, WhatRubsSlidesRollsAndSticksAsItShould) {
+  const std::vector<Figure> incline = InclineFigures(true);
+  ExpectWithin(incline, 5e-3);
+  ExpectWithin(RollingFigures(true), 1e-3);
+  ExpectWithin(StickSlipFigures(true), 2e-2);
+  EXPECT_LT(std::abs(OursOf(incline, "box: creep at 0.995 mu, m/s")), 1e-9);
+  EXPECT_LT(std::abs(OursOf(incline, "rod: creep at 0.995 mu, m/s")), 1e-9);
+}
+
+TEST(RodValidation, FrictionGivesNoEnergyAndKeepsMomenta) {
+  const std::vector<Figure> tangle = TangleFigures(true), collision = CollisionFigures(true);
+  EXPECT_LT(OursOf(tangle, "largest rise of energy / energy at the start"), 1e-3);
+  EXPECT_LT(OursOf(tangle, "energy at the end / at the start"), 0.9);
+  EXPECT_LT(OursOf(collision, "momentum drift"), 1e-13);
+  EXPECT_LT(OursOf(collision, "angular momentum drift"), 1e-11);
+}
+
+TEST(RodValidation, ObjectsSinkSwingAndAreHeld) {
+  ExpectWithin(SinkingFigures(true), 2e-3);
+  ExpectWithin(PendulumFigures(true), 1e-4);
+  const std::vector<Figure> held = HeldFigures(true);
+  EXPECT_LT(OursOf(held, "way in 60 s, m"), 1e-4);
+  EXPECT_LT(OursOf(held, "turn in 60 s, rad"), 1e-3);
+}
+
 }  // namespace
 }  // namespace tendril::testing_support

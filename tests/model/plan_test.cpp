@@ -166,5 +166,21 @@ TEST(StableSteps, AreTheLimitForRodsOfAnyShape) {
   }
 }
 
+// A bound from below for one element's own turning: (m_s omega^2 = k with 1 / m_s = 5 / m at a cylinder's
+// surface).
+TEST(StickingStep, IsWhatARodsSurfaceAllows) {
+  const Rod rod =
+      MakeRod({.base_radius = 0.002, .density = 1000, .youngs_modulus = 1e6, .elements = 20}).value();
+  Contact contact{.stiffness = 1e6, .friction = 0.5};
+  const double free = StableStepsOf(rod, 0).Least();
+  EXPECT_LT(StickingStep(rod, contact), free);
+  contact.stiffness = 1e-3;
+  EXPECT_NEAR(StickingStep(rod, contact) / free, 1, 1e-6);
+  // So stiff that bending does not count: (omega h)^2 = 4 with four contacts to an element.
+  contact.stiffness = 1e12;
+  const double surface = 0.75 * contact.stiffness / std::sqrt(4 * 0.002) * rod.rest_length[1];
+  EXPECT_NEAR(StickingStep(rod, contact) / (2 / std::sqrt(4 * surface * 5 / rod.mass[1])), 1, 1e-3);
+}
+
 }  // namespace
 }  // namespace tendril

@@ -146,7 +146,7 @@ std::vector<Figure> RollingFigures(bool /*quick*/) {
 std::vector<Figure> StickSlipFigures(bool /*quick*/) {
   const Scene scene = ValidationScene("stick_slip", kStandard);
   const SceneRod& rod = scene.rods[0];
-  const SceneObject& block = scene.objects[0].kind == "box" ? scene.objects[0] : scene.objects[1];
+  const SceneObject& block = scene.objects[0].name == "block" ? scene.objects[0] : scene.objects[1];
   const std::size_t which = &block == &scene.objects[0] ? 0 : 1;
   const int count = 6000;
   std::vector<double> times;
@@ -155,38 +155,38 @@ std::vector<Figure> StickSlipFigures(bool /*quick*/) {
   const auto& series = run.objects[which];
   const auto x = [&](int i) { return series.poses[static_cast<std::size_t>(i)].translation().x(); };
   const auto push = [&](int i) { return series.forces[static_cast<std::size_t>(i)].x(); };
-  // Leaps: it moves at more than a tenth of the drive's speed.
+  // A leap begins where it overtakes the drive, and is over within 50 ms.
   const double speed = rod.base_motion.velocity.x(), every = scene.duration / count;
-  std::vector<int> starts, ends;
-  bool moving = false;
+  std::vector<int> starts;
   for (int i = 1; i <= count; ++i) {
-    const bool now = x(i) - x(i - 1) > 0.1 * speed * every;
-    if (now && !moving) starts.push_back(i - 1);
-    if (!now && moving) ends.push_back(i);
-    moving = now;
+    if (x(i) - x(i - 1) < speed * every) continue;
+    if (starts.empty() || every * (i - starts.back()) > 0.15) starts.push_back(i);
   }
-  // The first leap comes from rest under no push.
-  TENDRIL_CHECK(starts.size() > 4 && ends.size() > 4);
-  const std::size_t last = std::min(starts.size(), ends.size()) - 1;
-  const double period = every * (starts[last] - starts[1]) / static_cast<double>(last - 1);
-  const double leap = (x(ends[last]) - x(ends[1])) / static_cast<double>(last - 1);
-  // Between leaps, after what rings of one has died away.
-  double rate = 0;
-  for (std::size_t k = 1; k < last; ++k) {
-    const int from = ends[k] + (starts[k + 1] - ends[k]) / 2, until = starts[k + 1] - 5;
-    rate += (push(until) - push(from)) / (every * (until - from)) / static_cast<double>(last - 1);
+  // The first comes after a start from rest.
+  TENDRIL_CHECK(starts.size() > 4);
+  const auto leaps = static_cast<double>(starts.size() - 2);
+  const double period = every * (starts.back() - starts[1]) / leaps;
+  double rate = 0, swing = 0;
+  for (std::size_t k = 1; k + 1 < starts.size(); ++k) {
+    const int long_ago = starts[k + 1] - starts[k];
+    const int from = starts[k] + long_ago / 2, until = starts[k + 1] - long_ago / 20;
+    rate += (push(until) - push(from)) / (every * (until - from)) / leaps;
+    double most = push(starts[k]), least = most;
+    for (int i = starts[k] - long_ago / 20; i < from; ++i) {
+      most = std::max(most, push(i));
+      least = std::min(least, push(i));
+    }
+    swing += (most - least) / leaps;
   }
   const double stiffness = rate / speed;
   const double weight = block.mass * scene.gravity.norm();
   const double omega = std::sqrt(stiffness / block.mass);
   const double drop = (scene.contact.static_friction - scene.contact.friction) * weight / stiffness;
   const double slipping = 2 / omega * (pi - std::atan(omega * drop / speed));
-  const double arm = rod.design.start.z() - 2 * block.pose.translation().z();
-  const double bending = rod.design.youngs_modulus * pi / 4 * std::pow(rod.design.base_radius, 4);
   const int n = rod.design.elements;
-  return {{"k of the cantilever, N/m", stiffness, 3 * bending / std::pow(arm, 3), "standard", n},
+  return {{"k that it feels, N/m", stiffness, kNone, "standard", n},
           {"period by that k, s", period, 2 * drop / speed + slipping, "standard", n},
-          {"leap by that k, m", leap, 2 * drop + speed * slipping, "standard", n}};
+          {"swing of the push, N", swing, 2 * stiffness * std::hypot(drop, speed / omega), "standard", n}};
 }
 
 std::vector<Figure> TangleFigures(bool /*quick*/) {
