@@ -1,0 +1,225 @@
+#include "bench/grasp_trends/grasp_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "analysis/study/plots.h"
+
+namespace tendril {
+namespace {
+
+double Mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value / static_cast<double>(values.size());
+  return values.empty() ? GraspOutcome::kNone : sum;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return GraspOutcome::kNone;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+// Of a mean; NaN of fewer than two values.
+double StandardError(const std::vector<double>& values) {
+  if (values.size() < 2) return GraspOutcome::kNone;
+  const double mean = Mean(values), n = static_cast<double>(values.size());
+  double sum = 0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum / (n - 1) / n);
+}
+
+bool IsOf(const GraspPoint& point, const GraspOutcome& outcome) {
+  return outcome.scene == point.scene && outcome.settings == JoinedSettings(point.settings);
+}
+
+std::string OrDash(double value, double scale, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), scale * value);
+}
+
+// Links that matter, of the trusted trials of some points, none twice.
+struct Links {
+  std::vector<double> mutual, object, mutual_open, object_open;
+};
+
+// By the panel and the line, then held (true) or lost: of the series about distance.
+using LinksByGroup = std::map<std::pair<std::string, bool>, Links>;
+
+LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
+  LinksByGroup groups;
+  for (const GraspSeries& one : series) {
+    if (one.name != "distance" && one.name != "water") continue;
+    for (const GraspPanel& panel : one.panels) {
+      for (const GraspPoint& point : panel.points) {
+        for (const GraspOutcome& o : outcomes) {
+          if (!IsOf(point, o) || !o.doubt.empty()) continue;
+          Links& links = groups[{point.line + " " + panel.title, o.held}];
+          links.mutual.push_back(o.mutual_link);
+          links.object.push_back(o.object_link);
+          links.mutual_open.push_back(o.mutual_open);
+          links.object_open.push_back(o.object_open);
+        }
+      }
+    }
+  }
+  return groups;
+}
+
+// Lines of a panel, and the paper's rates on them as points; side by side where they would cover each other.
+Panel RatePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcomes) {
+  Panel panel{.title = from.title,
+              .x_label = from.x_label,
+              .y_label = "grasps that held (%)",
+              .y_range = {{-4, 104}}};
+  std::vector<std::string> lines;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const GraspPoint& point : from.points) {
+    if (std::find(lines.begin(), lines.end(), point.line) == lines.end()) lines.push_back(point.line);
+    low = std::min(low, point.x);
+    high = std::max(high, point.x);
+  }
+  const double aside = 0.006 * (high - low);
+  panel.x_range = {{low - 0.08 * (high - low), high + 0.08 * (high - low)}};
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    const int color = static_cast<int>(l);
+    const double shift = aside * (2 * static_cast<double>(l) - static_cast<double>(lines.size()) + 1);
+    PlotSeries ours{.name = lines[l], .style = PlotSeries::Style::kLineAndPoints, .color = color};
+    PlotSeries paper{.name = lines[l] + ", paper", .style = PlotSeries::Style::kPoints, .color = color + 4};
+    for (const GraspPoint& point : from.points) {
+      if (point.line != lines[l]) continue;
+      if (!std::isnan(point.paper)) {
+        paper.x.push_back(point.x + 2 * shift);
+        paper.y.push_back(100 * point.paper);
+      }
+      const GraspCount count = CountGrasps(point, outcomes);
+      if (count.trusted == 0) continue;
+      ours.x.push_back(point.x + shift);
+      ours.y.push_back(100 * count.Rate());
+      ours.low.push_back(100 * count.interval.low);
+      ours.high.push_back(100 * count.interval.high);
+    }
+    panel.series.push_back(std::move(ours));
+    if (!paper.x.empty()) panel.series.push_back(std::move(paper));
+  }
+  return panel;
+}
+
+// Of single trials: how far the object rose.
+Panel RisePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcomes) {
+  Panel panel{.title = from.title, .x_label = from.x_label, .y_label = "rise of the object (mm)"};
+  panel.x_range = RatePanel(from, {}).x_range;
+  std::map<std::string, PlotSeries> lines;
+  for (const GraspPoint& point : from.points) {
+    PlotSeries& line = lines[point.line];
+    line.name = point.line;
+    line.style = PlotSeries::Style::kPoints;
+    const double aside = 0.01 * (panel.x_range->second - panel.x_range->first);
+    for (const GraspOutcome& o : outcomes) {
+      if (!IsOf(point, o) || !o.doubt.empty()) continue;
+      line.x.push_back(point.x + (lines.begin()->first == point.line ? -aside : aside));
+      line.y.push_back(1e3 * o.rise);
+    }
+  }
+  for (auto& [name, line] : lines) panel.series.push_back(std::move(line));
+  return panel;
+}
+
+Panel LinkPanel(const LinksByGroup& groups, const std::string& title, bool open) {
+  Panel panel{.title = title, .x_label = "mutual link, mean (turns)", .y_label = "object link, mean (turns)"};
+  for (const auto& [key, links] : groups) {
+    panel.series.push_back({.name = key.first + (key.second ? ", held" : ", lost"),
+                            .x = open ? links.mutual_open : links.mutual,
+                            .y = open ? links.object_open : links.object,
+                            .style = PlotSeries::Style::kPoints});
+  }
+  return panel;
+}
+
+}  // namespace
+
+double GraspCount::Rate() const {
+  return trusted == 0 ? GraspOutcome::kNone : static_cast<double>(held) / trusted;
+}
+
+GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>& outcomes) {
+  GraspCount count;
+  std::vector<double> rise, drawn_in;
+  for (const GraspOutcome& o : outcomes) {
+    if (!IsOf(point, o)) continue;
+    if (!o.doubt.empty()) {
+      ++count.doubtful;
+      continue;
+    }
+    ++count.trusted;
+    count.held += o.held ? 1 : 0;
+    count.carried += Carried(o) ? 1 : 0;
+    rise.push_back(o.rise);
+    drawn_in.push_back(o.drawn_in);
+  }
+  count.interval = WilsonInterval(count.held, count.trusted);
+  count.rise = Median(rise);
+  count.drawn_in = Median(drawn_in);
+  return count;
+}
+
+std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
+  std::string text =
+      "| series | design | at | held | rate, % | 95 % interval | carried | doubtful | median rise, mm | of "
+      "that by the "
+      "pull, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const GraspSeries& one : series) {
+    for (const GraspPanel& panel : one.panels) {
+      for (const GraspPoint& point : panel.points) {
+        const GraspCount c = CountGrasps(point, outcomes);
+        if (c.trusted + c.doubtful == 0) continue;
+        text += fmt::format(
+            "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} |\n", one.name,
+            panel.title, point.line, point.label, c.held, c.trusted, OrDash(c.Rate(), 100, "{:.0f}"),
+            100 * c.interval.low, 100 * c.interval.high, c.carried, c.doubtful, OrDash(c.rise, 1e3, "{:.1f}"),
+            OrDash(c.drawn_in, 1e3, "{:.1f}"), point.paper_says);
+      }
+    }
+  }
+  return text;
+}
+
+std::string LinkTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
+  std::string text =
+      "| design | outcome | trials | mutual link | object link | mutual, curves alone | object, curves alone "
+      "|\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const auto& [key, links] : LinksOf(series, outcomes)) {
+    text += fmt::format("| {} | {} | {} |", key.first, key.second ? "held" : "lost", links.mutual.size());
+    for (const auto* values : {&links.mutual, &links.object, &links.mutual_open, &links.object_open}) {
+      text += fmt::format(" {:.3f} +- {} |", Mean(*values), OrDash(StandardError(*values), 1, "{:.3f}"));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+Status DrawGrasps(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes,
+                  const std::filesystem::path& folder) {
+  for (const GraspSeries& one : series) {
+    Figure figure{.columns = one.panels.size() > 1 ? 2 : 1, .panel_width_px = 680, .panel_height_px = 340};
+    for (const GraspPanel& panel : one.panels) {
+      figure.panels.push_back(RatePanel(panel, outcomes));
+      if (one.panels.size() > 1) figure.panels.push_back(RisePanel(panel, outcomes));
+    }
+    if (Status s = DrawFigure(figure, folder / ("grasp_" + one.name + ".svg")); !s.ok()) return s;
+  }
+  const LinksByGroup groups = LinksOf(series, outcomes);
+  if (groups.empty()) return Ok{};
+  const Figure links{.panels = {LinkPanel(groups, "with rays at the ends", false),
+                                LinkPanel(groups, "of the curves alone", true)},
+                     .columns = 2,
+                     .panel_width_px = 680,
+                     .panel_height_px = 400};
+  return DrawFigure(links, folder / "grasp_links.svg");
+}
+
+}  // namespace tendril
