@@ -3,7 +3,7 @@
 // docs/grasping.md.
 //   bench_grasp_trends [--series NAME]... [--trials N] [--threads N] [--csv FILE] [--figures FOLDER]
 //   [--report]
-// A trial is some 12 s of one core, and 3 to 5 times that under the smallest time steps. Each is added to the
+// A trial takes tens of seconds of one core. Each is added to the
 // CSV file when it is done; those that are there are not run again. --report runs none.
 #include <fmt/format.h>
 
@@ -161,7 +161,7 @@ Status RunAll(const Call& call, const fs::path& scenes, const std::vector<Job>& 
       }
       const GraspOutcome& o = outcome.value();
       fmt::print(stderr, "{}/{} {} {} trial {}: {}, rose {:.1f} mm, {:.0f} s{}\n", ++done, jobs.size(),
-                 o.scene, o.settings, o.trial, o.held ? "held" : "not held", 1e3 * o.rise, o.wall,
+                 o.scene, o.settings, o.trial, Held(o) ? "held" : "not held", 1e3 * o.rise, o.wall,
                  o.doubt.empty() ? "" : ", doubtful: " + o.doubt);
       outcomes.push_back(o);
     }

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* const kHeader =
-    "scene,settings,inputs,trial,held,rise_m,drawn_in_m,borne_share,mutual_link,mutual_open,object_link,"
+    "scene,settings,inputs,trial,above,rise_m,drawn_in_m,borne_share,mutual_link,mutual_open,object_link,"
     "object_open,wall_s,doubt";
 constexpr double kFramesPerSecond = 10;
 
@@ -87,8 +87,8 @@ Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
 
 }  // namespace
 
-bool Carried(const GraspOutcome& outcome) {
-  return outcome.held && outcome.rise > 0.5 * HoldingOptions{}.height;
+bool Held(const GraspOutcome& outcome) {
+  return outcome.above && outcome.rise >= 0.5 * HoldingOptions{}.height;
 }
 
 Result<std::string> InputsOf(const fs::path& scenes, const GraspPoint& point) {
@@ -130,7 +130,7 @@ Result<GraspOutcome> RunGrasp(const fs::path& scenes, const GraspPoint& point, c
   const Result<HoldingResult> judged =
       JudgeHolding(scene, HoldingTest::kLift, lift.value(), options, done, kNoMass);
   if (!judged.ok()) return judged.error();
-  outcome.held = judged.value().held;
+  outcome.above = judged.value().held;
   outcome.rise = judged.value().rise;
   MeasureObject(scene, lift.value(), done, outcome);
   if (Status s = MeasureEnd(scene, done, outcome); !s.ok()) return s.error();
@@ -158,7 +158,7 @@ Result<std::vector<GraspOutcome>> ReadOutcomes(const fs::path& file) {
                      .settings = std::string(csv.Text(1)),
                      .inputs = std::string(csv.Text(2)),
                      .trial = static_cast<std::uint64_t>(csv.Integer(3, 0)),
-                     .held = csv.Integer(4, 0, 1) == 1,
+                     .above = csv.Integer(4, 0, 1) == 1,
                      .rise = number(5),
                      .drawn_in = number(6),
                      .borne = number(7),
@@ -181,7 +181,7 @@ Status AppendOutcome(const fs::path& file, const GraspOutcome& outcome) {
       doubt.begin(), doubt.end(), [](char c) { return c == ',' || c == '\n'; }, ';');
   std::string row = first ? std::string(kHeader) + "\n" : std::string();
   row += fmt::format("{},{},{},{},{:d}", outcome.scene, outcome.settings, outcome.inputs, outcome.trial,
-                     outcome.held);
+                     outcome.above);
   for (const double value : {outcome.rise, outcome.drawn_in, outcome.borne, outcome.mutual_link,
                              outcome.mutual_open, outcome.object_link, outcome.object_open, outcome.wall}) {
     row += "," + NumberOrNothing(value);

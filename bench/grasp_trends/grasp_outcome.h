@@ -18,7 +18,7 @@ struct GraspOutcome {
   std::string scene, settings;  // the file's name; JoinedSettings
   std::string inputs;           // of InputsOf: rows of other inputs are not taken up again
   std::uint64_t trial = 0;
-  bool held = false;        // the paper's rule: above its start after the lift
+  bool above = false;       // JudgeHolding's word: anything above its start after the lift
   double rise = kNone;      // of the object, the least while it is watched after the lift, m
   double drawn_in = kNone;  // its rise by the pull alone, before the lift, m
   double borne = kNone;  // by rods, the mean share of its weight while it is watched; NaN: it does not hang
@@ -28,9 +28,9 @@ struct GraspOutcome {
   std::string doubt = {};  // why the run is not to be trusted; empty: it is
 };
 
-// Held, and by more than half of the lift: it went with the carrier, and did not merely swing aside on its
-// string.
-bool Carried(const GraspOutcome& outcome);
+// It came along by half of the lift or more. An object that was missed but pushed aside ends above its start,
+// too: by a hair on its string, or by millimetres where it floats.
+bool Held(const GraspOutcome& outcome);
 
 // Of what a point's runs are made from: the scene's text, the settings and the design.
 Result<std::string> InputsOf(const std::filesystem::path& scenes, const GraspPoint& point);

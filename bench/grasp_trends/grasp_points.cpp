@@ -76,18 +76,16 @@ GraspSeries Water() {
 GraspPanel Varied(const std::string& title, const std::string& x_label, const std::vector<double>& values,
                   double usual, const std::vector<std::pair<std::string, double>>& keys) {
   GraspPanel panel{title, x_label, {}};
-  for (const int beta : {75, 90}) {
-    for (const double value : values) {
-      GraspPoint point = AtDistance("tube.toml", beta, kSensitivityDepth, kNoNumber, "");
-      point.label = fmt::format("{:g}", value);
-      point.x = value;
-      if (value < usual || value > usual) {
-        for (const auto& [key, unit] : keys) {
-          point.settings.push_back(fmt::format("{}={:g}", key, value * unit));
-        }
+  for (const double value : values) {
+    GraspPoint point = AtDistance("tube.toml", 75, kSensitivityDepth, kNoNumber, "");
+    point.label = fmt::format("{:g}", value);
+    point.x = value;
+    if (value < usual || value > usual) {
+      for (const auto& [key, unit] : keys) {
+        point.settings.push_back(fmt::format("{}={:g}", key, value * unit));
       }
-      panel.points.push_back(std::move(point));
     }
+    panel.points.push_back(std::move(point));
   }
   return panel;
 }

@@ -57,7 +57,7 @@ LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<G
       for (const GraspPoint& point : panel.points) {
         for (const GraspOutcome& o : outcomes) {
           if (!IsOf(point, o) || !o.doubt.empty()) continue;
-          Links& links = groups[{point.line + " " + panel.title, o.held}];
+          Links& links = groups[{point.line + " " + panel.title, Held(o)}];
           links.mutual.push_back(o.mutual_link);
           links.object.push_back(o.object_link);
           links.mutual_open.push_back(o.mutual_open);
@@ -155,8 +155,8 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
       continue;
     }
     ++count.trusted;
-    count.held += o.held ? 1 : 0;
-    count.carried += Carried(o) ? 1 : 0;
+    count.held += Held(o) ? 1 : 0;
+    count.above += o.above ? 1 : 0;
     rise.push_back(o.rise);
     drawn_in.push_back(o.drawn_in);
   }
@@ -168,7 +168,8 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
 
 std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
-      "| series | design | at | held | rate, % | 95 % interval | carried | doubtful | median rise, mm | of "
+      "| series | design | at | held | rate, % | 95 % interval | above its start at all | doubtful | median "
+      "rise, mm | of "
       "that by the "
       "pull, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const GraspSeries& one : series) {
@@ -179,7 +180,7 @@ std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector
         text += fmt::format(
             "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} |\n", one.name,
             panel.title, point.line, point.label, c.held, c.trusted, OrDash(c.Rate(), 100, "{:.0f}"),
-            100 * c.interval.low, 100 * c.interval.high, c.carried, c.doubtful, OrDash(c.rise, 1e3, "{:.1f}"),
+            100 * c.interval.low, 100 * c.interval.high, c.above, c.doubtful, OrDash(c.rise, 1e3, "{:.1f}"),
             OrDash(c.drawn_in, 1e3, "{:.1f}"), point.paper_says);
       }
     }

@@ -14,7 +14,7 @@ namespace tendril {
 
 // A point's trials. Doubtful ones are counted and take no part in anything else.
 struct GraspCount {
-  int trusted = 0, doubtful = 0, held = 0, carried = 0;
+  int trusted = 0, doubtful = 0, held = 0, above = 0;
   Interval interval;                                                  // of held / trusted
   double rise = GraspOutcome::kNone, drawn_in = GraspOutcome::kNone;  // medians of the trusted, m
   double Rate() const;                                                // NaN: no trusted trial
