@@ -16,7 +16,7 @@ struct GraspPoint {
   // As --set takes them; the same grasp has the same settings in every series, so that it is run once.
   std::vector<std::string> settings;
   double paper = std::numeric_limits<double>::quiet_NaN();  // the paper's rate; NaN: its text gives no number
-  std::string paper_says;                                   // in its words, short; empty: nothing
+  std::string paper_says = {};                              // in its words, short; empty: nothing
 };
 
 struct GraspPanel {
