@@ -40,6 +40,20 @@ GraspSeries Distance() {
          AtDistance(tube, 90, 0.25, kNoNumber, "falls"), AtDistance(tube, 90, 0.35, 0, "fails near 50 %")}}}};
 }
 
+// The same with the string that the paper's Methods describe, from the carrier's centre to the object: short,
+// so that the object cannot be pushed far aside.
+GraspSeries Tied() {
+  constexpr double kTubeRadius = 0.0225;  // m
+  GraspSeries tied = Distance();
+  tied.name = "tied";
+  tied.panels[0].title = "in air, tied to the carrier's centre";
+  for (GraspPoint& point : tied.panels[0].points) {
+    const double length = point.x / 100 * kLength - kTubeRadius;
+    point.settings.push_back(fmt::format("object.0.string_length={:.4f}", length));
+  }
+  return tied;
+}
+
 GraspSeries Pairs() {
   const auto with = [](int pairs, double paper, const std::string& says) {
     GraspPoint point = AtDistance("tube.toml", 75, 0.15, paper, says);
@@ -90,19 +104,36 @@ GraspPanel Varied(const std::string& title, const std::string& x_label, const st
   return panel;
 }
 
+// How the pairs are made: as mirror images, or of one design with its face in and out in turn, as in the
+// paper's simulation.
+GraspPanel Faces() {
+  GraspPanel panel{"pairs of tentacles", "0: mirror images, 1: faces in and out in turn", {}};
+  for (const int beta : {75, 90}) {
+    for (const bool turned : {false, true}) {
+      GraspPoint point = AtDistance("tube.toml", beta, kSensitivityDepth, kNoNumber, "");
+      point.label = turned ? "faces in and out" : "mirror images";
+      point.x = turned ? 1 : 0;
+      if (turned) point.settings.emplace_back("gripper.handedness=normals");
+      panel.points.push_back(std::move(point));
+    }
+  }
+  return panel;
+}
+
 GraspSeries Sensitivity() {
-  return {"sensitivity",
-          {Varied("friction", "coefficient of friction", {0.1, 0.3, 0.6}, 0.3, {{"contact.friction", 1}}),
-           Varied("stiffness of the rods", "moduli over those of the scene", {0.3, 1, 3}, 1,
-                  {{"gripper.rod.youngs_modulus", 1.6e6}, {"gripper.rod.shear_modulus", 5.333333e5}}),
-           Varied("stiffness of contact", "stiffness over that of the scene", {0.3, 1, 3}, 1,
-                  {{"contact.stiffness", 1e5}}),
-           Varied("elements", "elements of a rod", {50, 75, 100}, 75, {{"gripper.rod.elements", 1}})}};
+  return {
+      "sensitivity",
+      {Varied("friction", "coefficient of friction", {0.1, 0.3, 0.6}, 0.3, {{"contact.friction", 1}}),
+       Varied("stiffness of the rods", "moduli over those of the scene", {0.3, 1, 3}, 1,
+              {{"gripper.rod.youngs_modulus", 1.6e6}, {"gripper.rod.shear_modulus", 5.333333e5}}),
+       Varied("stiffness of contact", "stiffness over that of the scene", {0.3, 1, 3}, 1,
+              {{"contact.stiffness", 1e5}}),
+       Varied("elements", "elements of a rod", {50, 75, 100}, 75, {{"gripper.rod.elements", 1}}), Faces()}};
 }
 
 }  // namespace
 
-std::vector<GraspSeries> AllGraspSeries() { return {Distance(), Pairs(), Water(), Sensitivity()}; }
+std::vector<GraspSeries> AllGraspSeries() { return {Distance(), Tied(), Pairs(), Water(), Sensitivity()}; }
 
 std::string JoinedSettings(const std::vector<std::string>& settings) {
   return fmt::format("{}", fmt::join(settings, " "));

@@ -30,7 +30,7 @@ struct GraspSeries {
   std::vector<GraspPanel> panels;
 };
 
-// distance, pairs, water, sensitivity.
+// distance, tied, pairs, water, sensitivity.
 std::vector<GraspSeries> AllGraspSeries();
 
 // The settings as one word of a CSV file: joined by blanks.
