@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 struct Call {
   std::vector<std::string> series;  // none: all
-  int trials = 4, threads = 2;
+  int trials = 5, threads = 2;
   fs::path csv = "grasp_trends.csv", figures;
   bool report_only = false;
 };

@@ -24,6 +24,7 @@ const char* const kHeader =
     "scene,settings,inputs,trial,above,rise_m,drawn_in_m,borne_share,mutual_link,mutual_open,object_link,"
     "object_open,wall_s,doubt";
 constexpr double kFramesPerSecond = 10;
+constexpr double kWatched = 1;  // without a lift: the end of the pull, s
 
 std::string NumberOrNothing(double value) { return std::isnan(value) ? "" : fmt::format("{:.9g}", value); }
 
@@ -56,24 +57,26 @@ Status MeasureEnd(const Scene& scene, const Simulated& run, GraspOutcome& outcom
   return Ok{};
 }
 
-// How far the object rose before the lift, and what share of its weight rods bear after it.
-void MeasureObject(const Scene& scene, const HoldingTimes& times, const Simulated& run,
+// How far the object rose by the end of the pull, and what share of its weight rods bear from then on.
+//   pulled   the end of the pull, s
+//   watched  from when its weight is looked at, s
+void MeasureObject(const Scene& scene, double pulled, double watched, const Simulated& run,
                    GraspOutcome& outcome) {
   const SceneObject& object = scene.objects.at(0);
   const Eigen::Vector3d up = -scene.gravity.normalized();
   const Eigen::VectorXd& time = run.curves[0].time;
   double borne = 0;
-  int watched = 0;
+  int frames = 0;
   for (Eigen::Index f = 0; f < time.size(); ++f) {
     const auto frame = static_cast<std::size_t>(f);
-    if (time[f] <= times.lift) {
+    if (time[f] <= pulled) {
       outcome.drawn_in = up.dot(run.objects[0].poses[frame].translation() - object.pose.translation());
     }
-    if (time[f] < times.watch) continue;
+    if (time[f] < watched) continue;
     borne += up.dot(run.objects[0].forces[frame]) / (object.mass * scene.gravity.norm());
-    ++watched;
+    ++frames;
   }
-  if (object.motion == ObjectMotion::kHanging) outcome.borne = borne / watched;
+  if (object.motion == ObjectMotion::kHanging) outcome.borne = borne / frames;
 }
 
 Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
@@ -88,6 +91,7 @@ Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
 }  // namespace
 
 bool Held(const GraspOutcome& outcome) {
+  if (!std::isnan(outcome.borne)) return outcome.above && outcome.borne >= 0.5;
   return outcome.above && outcome.rise >= 0.5 * HoldingOptions{}.height;
 }
 
@@ -96,7 +100,8 @@ Result<std::string> InputsOf(const fs::path& scenes, const GraspPoint& point) {
   if (!scene.ok()) return scene.error();
   const Result<std::string> text = ReadText(scenes / point.scene);
   if (!text.ok()) return text;
-  return Sha256(text.value() + JoinedSettings(point.settings) + DesignToml(scene.value().gripper->design))
+  return Sha256(text.value() + JoinedSettings(point.settings) + DesignToml(scene.value().gripper->design) +
+                (point.lift ? "" : " no lift"))
       .substr(0, 12);
 }
 
@@ -106,16 +111,20 @@ Result<GraspOutcome> RunGrasp(const fs::path& scenes, const GraspPoint& point, c
   if (!read.ok()) return read.error();
   Scene scene = std::move(read).value();
   const HoldingOptions options;
-  const Result<HoldingTimes> lift = AddHoldingTest(scene, HoldingTest::kLift, options);
-  if (!lift.ok()) return lift.error();
+  HoldingTimes times{.lift = scene.duration, .watch = scene.duration - kWatched};
+  if (point.lift) {
+    const Result<HoldingTimes> lift = AddHoldingTest(scene, HoldingTest::kLift, options);
+    if (!lift.ok()) return lift.error();
+    times = lift.value();
+  }
   const Result<SimulationPlan> plan = PlanScene(scene);
   if (!plan.ok()) return plan.error();
   const int last = static_cast<int>(std::ceil(scene.duration * kFramesPerSecond - 1e-9));
-  std::vector<double> times;
-  for (int f = 0; f <= last; ++f) times.push_back(scene.duration * f / last);
+  std::vector<double> frames;
+  for (int f = 0; f <= last; ++f) frames.push_back(scene.duration * f / last);
 
   const auto begin = std::chrono::steady_clock::now();
-  const Result<Simulated> run = Simulate(scene, plan.value(), times, trial);
+  const Result<Simulated> run = Simulate(scene, plan.value(), frames, trial);
   if (!run.ok()) return run.error();
   const Simulated& done = run.value();
   GraspOutcome outcome{
@@ -126,13 +135,17 @@ Result<GraspOutcome> RunGrasp(const fs::path& scenes, const GraspPoint& point, c
     return outcome;
   }
   outcome.doubt = fmt::format("{}", fmt::join(done.doubts, "; "));
-  constexpr double kNoMass = GraspOutcome::kNone;  // which only a test with a load asks for
-  const Result<HoldingResult> judged =
-      JudgeHolding(scene, HoldingTest::kLift, lift.value(), options, done, kNoMass);
-  if (!judged.ok()) return judged.error();
-  outcome.above = judged.value().held;
-  outcome.rise = judged.value().rise;
-  MeasureObject(scene, lift.value(), done, outcome);
+  MeasureObject(scene, times.lift, times.watch, done, outcome);
+  outcome.rise = outcome.drawn_in;
+  outcome.above = outcome.rise > 0;
+  if (point.lift) {
+    constexpr double kNoMass = GraspOutcome::kNone;  // which only a test with a load asks for
+    const Result<HoldingResult> judged =
+        JudgeHolding(scene, HoldingTest::kLift, times, options, done, kNoMass);
+    if (!judged.ok()) return judged.error();
+    outcome.above = judged.value().held;
+    outcome.rise = judged.value().rise;
+  }
   if (Status s = MeasureEnd(scene, done, outcome); !s.ok()) return s.error();
   return outcome;
 }

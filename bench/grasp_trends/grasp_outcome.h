@@ -18,18 +18,19 @@ struct GraspOutcome {
   std::string scene, settings;  // the file's name; JoinedSettings
   std::string inputs;           // of InputsOf: rows of other inputs are not taken up again
   std::uint64_t trial = 0;
-  bool above = false;       // JudgeHolding's word: anything above its start after the lift
-  double rise = kNone;      // of the object, the least while it is watched after the lift, m
-  double drawn_in = kNone;  // its rise by the pull alone, before the lift, m
-  double borne = kNone;  // by rods, the mean share of its weight while it is watched; NaN: it does not hang
+  bool above = false;       // anything above its start in the end, as JudgeHolding has it after a lift
+  double rise = kNone;      // of the object, the least while it is watched after the lift, or by the pull, m
+  double drawn_in = kNone;  // by the pull alone, before the lift, m
+  double borne = kNone;     // by rods, the mean share of its weight at the end; NaN: it does not hang
   // At the end: with rays at both ends of a curve, and of the curves alone (docs/link.md), turns.
   double mutual_link = kNone, mutual_open = kNone, object_link = kNone, object_open = kNone;
   double wall = 0;         // s
   std::string doubt = {};  // why the run is not to be trusted; empty: it is
 };
 
-// It came along by half of the lift or more. An object that was missed but pushed aside ends above its start,
-// too: by a hair on its string, or by millimetres where it floats.
+// What hangs is held where rods bear half of its weight or more and it is above its start; what floats, where
+// it came along by half of the lift or more. What was missed but pushed aside ends above its start, too: by a
+// hair or by centimetres on its string, or by millimetres where it floats.
 bool Held(const GraspOutcome& outcome);
 
 // Of what a point's runs are made from: the scene's text, the settings and the design.

@@ -41,7 +41,7 @@ GraspSeries Distance() {
 }
 
 // The same with the string that the paper's Methods describe, from the carrier's centre to the object: short,
-// so that the object cannot be pushed far aside.
+// so that the object cannot be pushed far aside. A lift would pull on that string, and is left out.
 GraspSeries Tied() {
   constexpr double kTubeRadius = 0.0225;  // m
   GraspSeries tied = Distance();
@@ -49,6 +49,7 @@ GraspSeries Tied() {
   tied.panels[0].title = "in air, tied to the carrier's centre";
   for (GraspPoint& point : tied.panels[0].points) {
     const double length = point.x / 100 * kLength - kTubeRadius;
+    point.lift = false;
     point.settings.push_back(fmt::format("object.0.string_length={:.4f}", length));
   }
   return tied;

@@ -15,6 +15,7 @@ struct GraspPoint {
   std::string scene;  // a file of examples/scenes/grasp
   // As --set takes them; the same grasp has the same settings in every series, so that it is run once.
   std::vector<std::string> settings;
+  bool lift = true;  // after the pull; without, it is judged by the pull alone, as in the paper
   double paper = std::numeric_limits<double>::quiet_NaN();  // the paper's rate; NaN: its text gives no number
   std::string paper_says = {};                              // in its words, short; empty: nothing
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "analysis/study/plots.h"
 
@@ -46,8 +47,8 @@ struct Links {
   std::vector<double> mutual, object, mutual_open, object_open;
 };
 
-// By the panel and the line, then held (true) or lost: of the series about distance.
-using LinksByGroup = std::map<std::pair<std::string, bool>, Links>;
+// By the panel, the line, and held (true) or lost: of the series about distance.
+using LinksByGroup = std::map<std::tuple<std::string, std::string, bool>, Links>;
 
 LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   LinksByGroup groups;
@@ -57,7 +58,7 @@ LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<G
       for (const GraspPoint& point : panel.points) {
         for (const GraspOutcome& o : outcomes) {
           if (!IsOf(point, o) || !o.doubt.empty()) continue;
-          Links& links = groups[{point.line + " " + panel.title, Held(o)}];
+          Links& links = groups[{panel.title, point.line, Held(o)}];
           links.mutual.push_back(o.mutual_link);
           links.object.push_back(o.object_link);
           links.mutual_open.push_back(o.mutual_open);
@@ -88,7 +89,7 @@ Panel RatePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcome
     const int color = static_cast<int>(l);
     const double shift = aside * (2 * static_cast<double>(l) - static_cast<double>(lines.size()) + 1);
     PlotSeries ours{.name = lines[l], .style = PlotSeries::Style::kLineAndPoints, .color = color};
-    PlotSeries paper{.name = lines[l] + ", paper", .style = PlotSeries::Style::kPoints, .color = color + 4};
+    PlotSeries paper{.name = lines[l] + ", paper", .style = PlotSeries::Style::kPoints, .color = 5 - color};
     for (const GraspPoint& point : from.points) {
       if (point.line != lines[l]) continue;
       if (!std::isnan(point.paper)) {
@@ -129,12 +130,18 @@ Panel RisePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcome
 }
 
 Panel LinkPanel(const LinksByGroup& groups, const std::string& title, bool open) {
-  Panel panel{.title = title, .x_label = "mutual link, mean (turns)", .y_label = "object link, mean (turns)"};
+  Panel panel{.title = title + (open ? ", curves alone" : ", with rays at the ends"),
+              .x_label = "mutual link, mean (turns)",
+              .y_label = "object link, mean (turns)"};
   for (const auto& [key, links] : groups) {
-    panel.series.push_back({.name = key.first + (key.second ? ", held" : ", lost"),
+    const auto& [of, line, held] = key;
+    if (of != title) continue;
+    const bool first = line == std::get<1>(groups.begin()->first);
+    panel.series.push_back({.name = line + (held ? ", held" : ", lost"),
                             .x = open ? links.mutual_open : links.mutual,
                             .y = open ? links.object_open : links.object,
-                            .style = PlotSeries::Style::kPoints});
+                            .style = PlotSeries::Style::kPoints,
+                            .color = held ? (first ? 0 : 1) : (first ? 5 : 4)});
   }
   return panel;
 }
@@ -147,7 +154,7 @@ double GraspCount::Rate() const {
 
 GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>& outcomes) {
   GraspCount count;
-  std::vector<double> rise, drawn_in;
+  std::vector<double> held, lost, drawn_in;
   for (const GraspOutcome& o : outcomes) {
     if (!IsOf(point, o)) continue;
     if (!o.doubt.empty()) {
@@ -157,31 +164,32 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
     ++count.trusted;
     count.held += Held(o) ? 1 : 0;
     count.above += o.above ? 1 : 0;
-    rise.push_back(o.rise);
-    drawn_in.push_back(o.drawn_in);
+    (Held(o) ? held : lost).push_back(o.rise);
+    if (Held(o)) drawn_in.push_back(o.drawn_in);
   }
   count.interval = WilsonInterval(count.held, count.trusted);
-  count.rise = Median(rise);
+  count.rise_held = Median(held);
+  count.rise_lost = Median(lost);
   count.drawn_in = Median(drawn_in);
   return count;
 }
 
 std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
-      "| series | design | at | held | rate, % | 95 % interval | above its start at all | doubtful | median "
-      "rise, mm | of "
-      "that by the "
-      "pull, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| series | design | at | held | rate, % | 95 % interval | above its start | doubtful | rise of held, "
+      "mm | "
+      "of that by the pull | rise of lost, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const GraspSeries& one : series) {
     for (const GraspPanel& panel : one.panels) {
       for (const GraspPoint& point : panel.points) {
         const GraspCount c = CountGrasps(point, outcomes);
         if (c.trusted + c.doubtful == 0) continue;
         text += fmt::format(
-            "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} |\n", one.name,
-            panel.title, point.line, point.label, c.held, c.trusted, OrDash(c.Rate(), 100, "{:.0f}"),
-            100 * c.interval.low, 100 * c.interval.high, c.above, c.doubtful, OrDash(c.rise, 1e3, "{:.1f}"),
-            OrDash(c.drawn_in, 1e3, "{:.1f}"), point.paper_says);
+            "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} | {} |\n",
+            one.name, panel.title, point.line, point.label, c.held, c.trusted,
+            OrDash(c.Rate(), 100, "{:.0f}"), 100 * c.interval.low, 100 * c.interval.high, c.above, c.doubtful,
+            OrDash(c.rise_held, 1e3, "{:.0f}"), OrDash(c.drawn_in, 1e3, "{:.0f}"),
+            OrDash(c.rise_lost, 1e3, "{:.1f}"), point.paper_says);
       }
     }
   }
@@ -190,11 +198,12 @@ std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector
 
 std::string LinkTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
-      "| design | outcome | trials | mutual link | object link | mutual, curves alone | object, curves alone "
-      "|\n"
-      "|---|---|---|---|---|---|---|\n";
+      "| where | design | outcome | trials | mutual link | object link | mutual, curves alone | object, "
+      "curves alone |\n"
+      "|---|---|---|---|---|---|---|---|\n";
   for (const auto& [key, links] : LinksOf(series, outcomes)) {
-    text += fmt::format("| {} | {} | {} |", key.first, key.second ? "held" : "lost", links.mutual.size());
+    const auto& [title, line, held] = key;
+    text += fmt::format("| {} | {} | {} | {} |", title, line, held ? "held" : "lost", links.mutual.size());
     for (const auto* values : {&links.mutual, &links.object, &links.mutual_open, &links.object_open}) {
       text += fmt::format(" {:.3f} +- {} |", Mean(*values), OrDash(StandardError(*values), 1, "{:.3f}"));
     }
@@ -206,21 +215,26 @@ std::string LinkTable(const std::vector<GraspSeries>& series, const std::vector<
 Status DrawGrasps(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes,
                   const std::filesystem::path& folder) {
   for (const GraspSeries& one : series) {
-    Figure figure{.columns = one.panels.size() > 1 ? 2 : 1, .panel_width_px = 680, .panel_height_px = 340};
+    const bool many = one.panels.size() > 1;
+    Figure figure{
+        .columns = many ? 2 : 1, .panel_width_px = many ? 500 : 680, .panel_height_px = many ? 240 : 340};
     for (const GraspPanel& panel : one.panels) {
       figure.panels.push_back(RatePanel(panel, outcomes));
-      if (one.panels.size() > 1) figure.panels.push_back(RisePanel(panel, outcomes));
+      if (many) figure.panels.push_back(RisePanel(panel, outcomes));
     }
     if (Status s = DrawFigure(figure, folder / ("grasp_" + one.name + ".svg")); !s.ok()) return s;
   }
   const LinksByGroup groups = LinksOf(series, outcomes);
-  if (groups.empty()) return Ok{};
-  const Figure links{.panels = {LinkPanel(groups, "with rays at the ends", false),
-                                LinkPanel(groups, "of the curves alone", true)},
-                     .columns = 2,
-                     .panel_width_px = 680,
-                     .panel_height_px = 400};
-  return DrawFigure(links, folder / "grasp_links.svg");
+  Figure figure{.columns = 2, .panel_width_px = 560, .panel_height_px = 300};
+  std::string last;
+  for (const auto& [key, links] : groups) {
+    const std::string& title = std::get<0>(key);
+    if (title == last) continue;
+    last = title;
+    figure.panels.push_back(LinkPanel(groups, title, false));
+    figure.panels.push_back(LinkPanel(groups, title, true));
+  }
+  return figure.panels.empty() ? Status(Ok{}) : DrawFigure(figure, folder / "grasp_links.svg");
 }
 
 }  // namespace tendril

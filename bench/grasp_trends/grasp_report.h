@@ -15,9 +15,10 @@ namespace tendril {
 // A point's trials. Doubtful ones are counted and take no part in anything else.
 struct GraspCount {
   int trusted = 0, doubtful = 0, held = 0, above = 0;
-  Interval interval;                                                  // of held / trusted
-  double rise = GraspOutcome::kNone, drawn_in = GraspOutcome::kNone;  // medians of the trusted, m
-  double Rate() const;                                                // NaN: no trusted trial
+  Interval interval;  // of held / trusted
+  // Medians, m; NaN: of none. drawn_in: of those that held, by the pull alone.
+  double rise_held = GraspOutcome::kNone, rise_lost = GraspOutcome::kNone, drawn_in = GraspOutcome::kNone;
+  double Rate() const;  // NaN: no trusted trial
 };
 
 // Outcomes of the point's scene and settings.

@@ -81,6 +81,17 @@ TEST(GraspRows, AFileThatIsNotThereHasNone) {
   EXPECT_EQ(ReadOutcomes(folder / "torn.csv").value().size(), 1u);
 }
 
+TEST(Held, AsksForTheWeightOfWhatHangsAndForTheWayOfWhatFloats) {
+  GraspOutcome swung = Lifted(0, 0.03), drawn = Lifted(1, 0.03), dropped = Lifted(2, -0.01);
+  swung.borne = 0.1;
+  drawn.borne = dropped.borne = 0.96;
+  EXPECT_FALSE(Held(swung));
+  EXPECT_TRUE(Held(drawn));
+  EXPECT_FALSE(Held(dropped));
+  EXPECT_FALSE(Held(Lifted(3, 0.03)));  // floats: half of the lift is 75 mm
+  EXPECT_TRUE(Held(Lifted(4, 0.08)));
+}
+
 TEST(CountGrasps, LeavesDoubtfulTrialsOutAndOtherPoints) {
   GraspOutcome doubtful = Lifted(3, 0.3), other = Lifted(4, 0.3);
   doubtful.doubt = "diverged";
@@ -91,7 +102,8 @@ TEST(CountGrasps, LeavesDoubtfulTrialsOutAndOtherPoints) {
   EXPECT_EQ(count.doubtful, 1);
   EXPECT_EQ(count.held, 2);
   EXPECT_EQ(count.above, 3);  // by a hair on its string: no grasp
-  EXPECT_DOUBLE_EQ(count.rise, 0.2);
+  EXPECT_DOUBLE_EQ(count.rise_held, 0.25);
+  EXPECT_DOUBLE_EQ(count.rise_lost, 3e-5);
   // Wilson 1927 with z = 1.96: (p + z^2/2n -+ z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n).
   EXPECT_NEAR(count.interval.low, 0.2077, 1e-4);
   EXPECT_NEAR(count.interval.high, 0.9385, 1e-4);
