@@ -163,7 +163,7 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
     }
     ++count.trusted;
     count.held += Held(o) ? 1 : 0;
-    count.above += o.above ? 1 : 0;
+    count.raised += o.drawn_in >= kRaised ? 1 : 0;
     (Held(o) ? held : lost).push_back(o.rise);
     if (Held(o)) drawn_in.push_back(o.drawn_in);
   }
@@ -176,7 +176,8 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
 
 std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
-      "| series | design | at | held | rate, % | 95 % interval | above its start | doubtful | rise of held, "
+      "| series | design | at | held | rate, % | 95 % interval | raised by the pull | doubtful | rise of "
+      "held, "
       "mm | "
       "of that by the pull | rise of lost, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const GraspSeries& one : series) {
@@ -187,8 +188,8 @@ std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector
         text += fmt::format(
             "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} | {} |\n",
             one.name, panel.title, point.line, point.label, c.held, c.trusted,
-            OrDash(c.Rate(), 100, "{:.0f}"), 100 * c.interval.low, 100 * c.interval.high, c.above, c.doubtful,
-            OrDash(c.rise_held, 1e3, "{:.0f}"), OrDash(c.drawn_in, 1e3, "{:.0f}"),
+            OrDash(c.Rate(), 100, "{:.0f}"), 100 * c.interval.low, 100 * c.interval.high, c.raised,
+            c.doubtful, OrDash(c.rise_held, 1e3, "{:.0f}"), OrDash(c.drawn_in, 1e3, "{:.0f}"),
             OrDash(c.rise_lost, 1e3, "{:.1f}"), point.paper_says);
       }
     }

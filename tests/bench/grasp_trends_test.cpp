@@ -101,7 +101,7 @@ TEST(CountGrasps, LeavesDoubtfulTrialsOutAndOtherPoints) {
   EXPECT_EQ(count.trusted, 3);
   EXPECT_EQ(count.doubtful, 1);
   EXPECT_EQ(count.held, 2);
-  EXPECT_EQ(count.above, 3);  // by a hair on its string: no grasp
+  EXPECT_EQ(count.raised, 3);
   EXPECT_DOUBLE_EQ(count.rise_held, 0.25);
   EXPECT_DOUBLE_EQ(count.rise_lost, 3e-5);
   // Wilson 1927 with z = 1.96: (p + z^2/2n -+ z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n).
