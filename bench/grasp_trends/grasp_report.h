@@ -17,8 +17,9 @@ inline constexpr double kRaised = 0.005;  // m
 // A point's trials. Doubtful ones are counted and take no part in anything else.
 struct GraspCount {
   int trusted = 0, doubtful = 0, held = 0;
-  int raised =
-      0;  // by kRaised or more by the pull alone: the paper's rule, which also takes what was pushed aside
+  // By kRaised or more by the pull alone: the paper's rule, which also takes what was pushed aside on its
+  // string.
+  int raised = 0;
   Interval interval;  // of held / trusted
   // Medians, m; NaN: of none. drawn_in: of those that held, by the pull alone.
   double rise_held = GraspOutcome::kNone, rise_lost = GraspOutcome::kNone, drawn_in = GraspOutcome::kNone;
