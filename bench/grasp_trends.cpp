@@ -86,7 +86,7 @@ Result<std::vector<GraspSeries>> Wanted(const std::vector<std::string>& names) {
         std::find_if(all.begin(), all.end(), [&](const GraspSeries& s) { return s.name == name; });
     if (found == all.end()) {
       return Error{ErrorKind::kBadInput,
-                   "--series " + name + ": expected distance, tied, pairs, water or sensitivity"};
+                   "--series " + name + ": expected distance, tied, weight, pairs, water or sensitivity"};
     }
     wanted.push_back(*found);
   }
