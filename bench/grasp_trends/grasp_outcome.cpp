@@ -92,7 +92,7 @@ Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
 
 bool Held(const GraspOutcome& outcome) {
   if (!std::isnan(outcome.borne)) return outcome.above && outcome.borne >= 0.5;
-  return outcome.above && outcome.rise >= 0.5 * HoldingOptions{}.height;
+  return outcome.rise - outcome.drawn_in >= 0.5 * HoldingOptions{}.height;
 }
 
 Result<std::string> InputsOf(const fs::path& scenes, const GraspPoint& point) {

@@ -29,8 +29,8 @@ struct GraspOutcome {
 };
 
 // What hangs is held where rods bear half of its weight or more and it is above its start; what floats, where
-// it came along by half of the lift or more. What was missed but pushed aside ends above its start, too: by a
-// hair or by centimetres on its string, or by millimetres where it floats.
+// it came along by half of the lift or more from where the pull had left it. What was missed but pushed aside
+// may end above its start, too, and what floats and is held may be below.
 bool Held(const GraspOutcome& outcome);
 
 // Of what a point's runs are made from: the scene's text, the settings and the design.

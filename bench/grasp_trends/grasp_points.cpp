@@ -82,6 +82,29 @@ GraspSeries Pairs() {
             {with(2, 0, "no grasp"), with(4, kNoNumber, "more than 2 pairs"), with(8, 1, "100 %")}}}};
 }
 
+// Four pairs, for which a tube fits between the tentacles of smaller carriers, too. The carrier grows with
+// the pull in place of the tentacles' shortening, as in the paper's simulation, or the tentacles get shorter.
+GraspSeries Carrier() {
+  GraspPanel panel{"four pairs, at 20 % of the length", "radius of the carrier (mm)", {}};
+  for (const int beta : {75, 90}) {
+    for (const bool shorter : {false, true}) {
+      for (const double radius : {0.10, 0.12, 0.15}) {
+        GraspPoint point = AtDistance("tube.toml", beta, 0.15, kNoNumber, "");
+        if (shorter) point.line += ", shorter";
+        point.label = fmt::format("{:g} mm", 1e3 * radius);
+        point.x = 1e3 * radius;
+        // The same words as in the series of pairs, where it is the same grasp.
+        point.settings.emplace_back("gripper.tentacles=8");
+        point.settings.emplace_back("gripper.first_azimuth_deg=22.5");
+        if (radius < 0.15) point.settings.push_back(fmt::format("gripper.carrier_radius={:g}", radius));
+        if (shorter) point.settings.emplace_back("gripper.shortening='true'");
+        panel.points.push_back(std::move(point));
+      }
+    }
+  }
+  return {"carrier", {panel}};
+}
+
 GraspSeries Water() {
   const std::string tube = "underwater.toml";
   GraspPanel panel{"under water", "distance from the carrier (% of the length)", {}};
@@ -146,7 +169,7 @@ GraspSeries Sensitivity() {
 }  // namespace
 
 std::vector<GraspSeries> AllGraspSeries() {
-  return {Distance(), Tied(), Weight(), Pairs(), Water(), Sensitivity()};
+  return {Distance(), Tied(), Weight(), Pairs(), Carrier(), Water(), Sensitivity()};
 }
 
 std::string JoinedSettings(const std::vector<std::string>& settings) {

@@ -53,7 +53,7 @@ using LinksByGroup = std::map<std::tuple<std::string, std::string, bool>, Links>
 LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   LinksByGroup groups;
   for (const GraspSeries& one : series) {
-    if (one.name == "pairs" || one.name == "sensitivity") continue;
+    if (one.name == "pairs" || one.name == "carrier" || one.name == "sensitivity") continue;
     for (const GraspPanel& panel : one.panels) {
       for (const GraspPoint& point : panel.points) {
         for (const GraspOutcome& o : outcomes) {

@@ -88,8 +88,11 @@ TEST(Held, AsksForTheWeightOfWhatHangsAndForTheWayOfWhatFloats) {
   EXPECT_FALSE(Held(swung));
   EXPECT_TRUE(Held(drawn));
   EXPECT_FALSE(Held(dropped));
-  EXPECT_FALSE(Held(Lifted(3, 0.03)));  // floats: half of the lift is 75 mm
-  EXPECT_TRUE(Held(Lifted(4, 0.08)));
+  GraspOutcome floats = Lifted(3, 0.03);  // half of the lift is 75 mm
+  floats.drawn_in = -0.04;
+  EXPECT_FALSE(Held(floats));
+  floats.drawn_in = -0.12;
+  EXPECT_TRUE(Held(floats));
 }
 
 TEST(CountGrasps, LeavesDoubtfulTrialsOutAndOtherPoints) {
