@@ -93,16 +93,24 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
   result.rise = HUGE_VAL;
   Eigen::Index hangs = time.size() - 1;  // the first frame after the watch
   double settled = 0;                    // height when the watch begins
+  double borne = 0;                      // by the rods while it is watched, upward, N
+  int watched = 0;
   for (Eigen::Index f = time.size(); f-- > 0;) {
     if (time[f] >= times.test) hangs = f;
     if (time[f] < times.watch || time[f] > times.test) continue;
     settled = up.dot(place(f) - start);
     result.rise = std::min(result.rise, settled);
+    borne += up.dot(object.forces[static_cast<std::size_t>(f)]);
+    ++watched;
   }
   const Vector3d hung = place(hangs);
   // Without gravity anything may float off upward: it has to come along.
   const double least = scene.gravity.norm() > 0 ? options.least_rise : 0.5 * options.height;
-  const bool lifted = result.rise > least && up.dot(hung - start) > settled - 0.1 * options.height;
+  // What is pushed aside on its string rises too.
+  const double weight = scene.objects[options.object].mass * scene.gravity.norm();
+  const bool by_rods = scene.objects[options.object].motion != ObjectMotion::kHanging ||
+                       borne >= options.least_borne * weight * watched;
+  const bool lifted = result.rise > least && by_rods && up.dot(hung - start) > settled - 0.1 * options.height;
   const double lost_depth = options.lost_share * options.height;
   double lost_at = std::numeric_limits<double>::quiet_NaN(), touched_last = times.test;
   for (Eigen::Index f = hangs; f < time.size(); ++f) {
@@ -141,9 +149,10 @@ bool HoldingResult::Grasped() const {
 
 std::string RuleOf(HoldingTest test, const HoldingOptions& options) {
   const auto mm = [](double length) { return ShortNumber(std::round(1e4 * length) / 10) + " mm"; };
-  const std::string lifted = "lifted by " + mm(options.height) +
-                             ", the object's centre stayed above its start for " +
-                             ShortNumber(options.watch_time) + " s";
+  const std::string lifted =
+      "lifted by " + mm(options.height) + ", the object's centre stayed more than " + mm(options.least_rise) +
+      " above its start (without gravity: half of the lift) for " + ShortNumber(options.watch_time) +
+      " s, what hangs by less than half on its string";
   switch (test) {
     case HoldingTest::kLift:
       return lifted;

@@ -32,6 +32,8 @@ struct HoldingOptions {
   double release_rate = 0.1, release_wait = 2;  // 1/s, s
   // What hangs on its string trembles: above its start is what is above it by this, m.
   double least_rise = 0.01;
+  // And of its weight the rods bear at least this share, or it hangs from its string.
+  double least_borne = 0.5;
   // It is lost when it has sunk by this share of the height since the lift.
   double lost_share = 0.5;
 };

@@ -40,7 +40,7 @@ Simulated Course(
     Eigen::Isometry3d pose = scene.objects[0].pose;
     pose.translation() += place(time);
     run.objects[0].poses.push_back(pose);
-    run.objects[0].forces.emplace_back(touched(time) ? 1 : 0, 0, 0);
+    run.objects[0].forces.emplace_back(0, 0, touched(time) ? 1.9 : 0);
   }
   return run;
 }
@@ -104,7 +104,11 @@ TEST(JudgeHolding, LiftedIsWhatStaysAboveItsStart) {
   const HoldingResult lifted = lift([&](double t) { return Lifted(times, t); });
   EXPECT_TRUE(lifted.held);
   EXPECT_NEAR(lifted.rise, 0.15, 1e-12);
-  // Left behind on its string, trembling; lifted, and slipping all the while.
+  // Pushed aside, it rises on its string; left behind there, trembling; lifted, and slipping all the while.
+  EXPECT_FALSE(Judged(scene, HoldingTest::kLift, times,
+                      Course(
+                          scene, [](double) { return Vector3d(0.2, 0, 0.02); }, [](double) { return false; }))
+                   .held);
   EXPECT_FALSE(lift([](double t) { return Vector3d(0, 0, 1e-4 * std::sin(t)); }).held);
   EXPECT_FALSE(lift([&](double t) {
                  return Vector3d(Lifted(times, t) - Vector3d(0, 0, 0.05 * std::max(0.0, t - times.watch)));
