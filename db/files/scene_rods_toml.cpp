@@ -2,6 +2,7 @@
 #include <set>
 
 #include "db/files/scene_tables.h"
+#include "model/rods/start_shape.h"
 
 namespace tendril {
 namespace {
@@ -13,6 +14,20 @@ void ReadMotion(TomlTable table, EndMotion& motion) {
   table.Required().Number("until", motion.until, Above(0, "s"));
   table.Number("from", motion.from, AtLeast(0, "s"));
   if (motion.from > motion.until) table.Reject("from", "a time not after until");
+}
+
+// In their place are start, direction, length and start_curvature.
+void ReadStartPoints(TomlTable& table, RodDesign& design) {
+  std::vector<double> numbers;
+  if (!table.Numbers("start_points", numbers, Finite("m"))) return;
+  for (const char* key : {"start", "direction", "length", "start_curvature"}) {
+    if (table.Has(key)) table.Reject(key, "none beside start_points, which say it");
+  }
+  const auto points = static_cast<Eigen::Index>(numbers.size() / 3);
+  const Eigen::Map<const Eigen::Matrix3Xd> at(numbers.data(), 3, points);
+  if (numbers.size() % 3 != 0 || !LayThrough(at, design).ok()) {
+    table.Reject("start_points", "x, y, z of four points or more, each elsewhere than the one before");
+  }
 }
 
 SceneRod ReadRod(TomlTable& table, std::size_t number) {
@@ -30,6 +45,7 @@ SceneRod ReadRod(TomlTable& table, std::size_t number) {
   table.Number("taper", rod.design.taper, Above(0));
   ReadRodKeys(table, rod.design, rod.damping);
   ReadWetted(table, rod.design.base_radius, rod.wetted);
+  ReadStartPoints(table, rod.design);
   std::string clamp = "base";
   table.Choice("clamp", clamp, {"base", "both", "none"});
   rod.design.base = clamp == "none" ? EndHold::kFree : EndHold::kFrame;

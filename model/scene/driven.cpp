@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "model/geometry/rotation.h"
+#include "model/rods/start_shape.h"
 
 namespace tendril {
 namespace {
@@ -78,7 +79,7 @@ Result<Driven> MakePlain(const Scene& scene, const SceneRod& plain) {
   driven.rod = std::move(made).value();
   Rod& rod = driven.rod;
   const double turn =
-      std::max(plain.rest_curvature.norm(), design.start_curvature.norm()) * rod.rest_length[0];
+      std::max(plain.rest_curvature.norm(), StrongestStartCurvature(design).norm()) * rod.rest_length[0];
   if (turn > 1.5) {
     return Error{ErrorKind::kBadInput,
                  "elements = " + std::to_string(design.elements) + " turn by " + std::to_string(turn) +

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "model/rods/press.h"
+#include "model/rods/start_shape.h"
 
 namespace tendril {
 namespace {
@@ -22,7 +23,8 @@ constexpr double kFastSlowing = 0.02;
 
 // The strongest rest curvature that an inner node is driven to, 1/m.
 double RestCurvatureAt(const Driven& d, Index inner_node) {
-  if (!d.actuation) return std::max(d.plain->rest_curvature.norm(), d.plain->design.start_curvature.norm());
+  if (!d.actuation)
+    return std::max(d.plain->rest_curvature.norm(), StrongestStartCurvature(d.plain->design).norm());
   return d.actuation->strongest()[inner_node + 1];
 }
 
@@ -37,7 +39,7 @@ ReckonedStrains StrainsOf(const Scene& scene, const Driven& d, bool touches) {
   double beyond = d.tip_force.norm();
   double turned = 0;  // of one end against the other, rad
   if (d.plain != nullptr) {
-    turned = std::abs(d.plain->design.start_curvature.z()) * length;
+    turned = StrongestStartCurvature(d.plain->design).z() * length;
     for (const EndMotion* motion : {&d.plain->base_motion, &d.plain->tip_motion}) {
       turned += motion->spin.norm() * std::max(0.0, motion->until - motion->from);
     }
@@ -105,7 +107,7 @@ bool StaysInAPlane(const Scene& scene, const Driven& d) {
     const auto about_axis = [&](const Vector3d& body) { return body[1 - k] == 0 && body.z() == 0; };
     const auto across = [&](const Vector3d& lab) { return std::abs(lab.dot(axis)) <= 1e-12 * lab.norm(); };
     const auto along = [&](const Vector3d& lab) { return lab.cross(axis).norm() <= 1e-12 * lab.norm(); };
-    if (about_axis(rod.rest_curvature) && about_axis(rod.design.start_curvature) &&
+    if (about_axis(rod.rest_curvature) && about_axis(StrongestStartCurvature(rod.design)) &&
         about_axis(rod.tip_couple) && across(scene.gravity) && across(rod.tip_force) &&
         across(rod.velocity) && along(rod.spin) && across(rod.base_motion.velocity) &&
         along(rod.base_motion.spin) && across(rod.tip_motion.velocity) && along(rod.tip_motion.spin)) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "model/geometry/segment_distance.h"
+#include "model/rods/start_shape.h"
 #include "model/scene/plan.h"
 #include "model/scene/schedule.h"
 
@@ -37,8 +38,8 @@ double StoredAtMost(const Scene& scene, const Driven& d) {
     if (d.actuation) {
       square = d.rod.bend_stiffness.col(i).maxCoeff() * std::pow(d.actuation->strongest()[i + 1], 2);
     } else {
-      const Vector3d start = d.plain->design.start_curvature;
-      const Vector3d curvature = d.plain->rest_curvature.cwiseAbs() + start.cwiseAbs();
+      const Vector3d start = StrongestStartCurvature(d.plain->design);
+      const Vector3d curvature = d.plain->rest_curvature.cwiseAbs() + start;
       square = d.rod.bend_stiffness.col(i).dot(curvature.cwiseAbs2());
     }
     energy += 0.5 * RestVoronoi(d.rod, i) * square;

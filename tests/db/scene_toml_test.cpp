@@ -369,5 +369,28 @@ TEST(SceneToml, EachSlipIsOneLineThatSaysWhatWasExpected) {
   }
 }
 
+TEST(SceneToml, ARodStartsAlongACurveThroughPoints) {
+  // Three quarters of a circle of radius 0.1 m about z.
+  std::string points;
+  for (int i = 0; i <= 24; ++i) {
+    const double at = 1.5 * std::numbers::pi * i / 24;
+    points += std::to_string(0.1 * std::sin(at)) + ", " + std::to_string(0.1 - 0.1 * std::cos(at)) + ", 0, ";
+  }
+  const std::string rod = "[[rod]]\nnormal = [0, 0, 1]\nelements = 60\nstart_points = [" + points + "]\n";
+  const Result<Scene> scene = SceneOf(rod);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const RodDesign& design = scene.value().rods[0].design;
+  EXPECT_NEAR(design.length, 0.15 * std::numbers::pi, 1e-4);
+  const Result<Rod> made = MakeRod(design);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const Eigen::Matrix3Xd& nodes = made.value().position;
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    EXPECT_NEAR((nodes.col(i) - Vector3d(0, 0.1, 0)).norm(), 0.1, 2e-4) << i;
+    EXPECT_NEAR(nodes(2, i), 0, 1e-9) << i;
+  }
+  EXPECT_THAT(MessageFor(rod + "length = 1\n"), HasSubstr("length"));
+  EXPECT_THAT(MessageFor("[[rod]]\nstart_points = [0, 0, 0, 1, 0, 0]\n"), HasSubstr("start_points"));
+}
+
 }  // namespace
 }  // namespace tendril
