@@ -85,9 +85,9 @@ Result<std::vector<GraspSeries>> Wanted(const std::vector<std::string>& names) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const GraspSeries& s) { return s.name == name; });
     if (found == all.end()) {
-      return Error{
-          ErrorKind::kBadInput,
-          "--series " + name + ": expected distance, tied, weight, pairs, carrier, water or sensitivity"};
+      return Error{ErrorKind::kBadInput,
+                   "--series " + name +
+                       ": expected distance, shorter, tied, weight, pairs, carrier, water or sensitivity"};
     }
     wanted.push_back(*found);
   }

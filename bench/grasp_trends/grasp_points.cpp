@@ -40,8 +40,19 @@ GraspSeries Distance() {
          AtDistance(tube, 90, 0.25, kNoNumber, "falls"), AtDistance(tube, 90, 0.35, 0, "fails near 50 %")}}}};
 }
 
-// The same with the string that the paper's Methods describe, from the carrier's centre to the object: short,
-// so that the object cannot be pushed far aside. A lift would pull on that string, and is left out.
+// The same where tentacles get shorter and the carrier stays as it is, as in the experiment.
+GraspSeries Shorter() {
+  GraspSeries shorter = Distance();
+  shorter.name = "shorter";
+  shorter.panels[0].title = "in air, the carrier stays, tentacles get shorter";
+  for (GraspPoint& point : shorter.panels[0].points) {
+    point.settings.emplace_back("gripper.shortening='true'");
+  }
+  return shorter;
+}
+
+// As Distance, with the string that the paper's Methods describe, from the carrier's centre to the object:
+// short, so that the object cannot be pushed far aside. A lift would pull on that string, and is left out.
 GraspSeries Tied() {
   constexpr double kTubeRadius = 0.0225;  // m
   GraspSeries tied = Distance();
@@ -169,7 +180,7 @@ GraspSeries Sensitivity() {
 }  // namespace
 
 std::vector<GraspSeries> AllGraspSeries() {
-  return {Distance(), Tied(), Weight(), Pairs(), Carrier(), Water(), Sensitivity()};
+  return {Distance(), Shorter(), Tied(), Weight(), Pairs(), Carrier(), Water(), Sensitivity()};
 }
 
 std::string JoinedSettings(const std::vector<std::string>& settings) {

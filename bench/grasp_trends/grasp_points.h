@@ -31,7 +31,7 @@ struct GraspSeries {
   std::vector<GraspPanel> panels;
 };
 
-// distance, tied, weight, pairs, carrier, water, sensitivity.
+// distance, shorter, tied, weight, pairs, carrier, water, sensitivity.
 std::vector<GraspSeries> AllGraspSeries();
 
 // The settings as one word of a CSV file: joined by blanks.
