@@ -252,7 +252,8 @@ const std::vector<ValidationCase>& ValidationCases() {
                                                     {"sinking", SinkingFigures},
                                                     {"pendulum", PendulumFigures},
                                                     {"collision", CollisionFigures},
-                                                    {"held", HeldFigures}};
+                                                    {"held", HeldFigures},
+                                                    {"overhand", OverhandFigures}};
   return cases;
 }
 

@@ -70,5 +70,7 @@ std::vector<Figure> SinkingFigures(bool quick);
 std::vector<Figure> PendulumFigures(bool quick);
 std::vector<Figure> CollisionFigures(bool quick);
 std::vector<Figure> HeldFigures(bool quick);
+// Nothing where quick.
+std::vector<Figure> OverhandFigures(bool quick);
 
 }  // namespace tendril::testing_support
