@@ -95,8 +95,10 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
   double settled = 0;                    // height when the watch begins
   double borne = 0;                      // by the rods while it is watched, upward, N
   int watched = 0;
+  double before = 0;  // height when the lift begins
   for (Eigen::Index f = time.size(); f-- > 0;) {
     if (time[f] >= times.test) hangs = f;
+    if (time[f] >= times.lift) before = up.dot(place(f) - start);
     if (time[f] < times.watch || time[f] > times.test) continue;
     settled = up.dot(place(f) - start);
     result.rise = std::min(result.rise, settled);
@@ -104,8 +106,8 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
     ++watched;
   }
   const Vector3d hung = place(hangs);
-  // Without gravity anything may float off upward: it has to come along.
-  const double least = scene.gravity.norm() > 0 ? options.least_rise : 0.5 * options.height;
+  // What floats may have been pushed up before, and stay behind.
+  const bool came_along = result.rise - before >= 0.5 * options.height;
   // What is pushed aside on its string rises too.
   const double weight = scene.objects[options.object].mass * scene.gravity.norm();
   const bool by_rods = scene.objects[options.object].motion != ObjectMotion::kHanging ||
