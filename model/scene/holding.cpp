@@ -112,7 +112,8 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
   const double weight = scene.objects[options.object].mass * scene.gravity.norm();
   const bool by_rods = scene.objects[options.object].motion != ObjectMotion::kHanging ||
                        borne >= options.least_borne * weight * watched;
-  const bool lifted = result.rise > least && by_rods && up.dot(hung - start) > settled - 0.1 * options.height;
+  const bool lifted = result.rise > options.least_rise && came_along && by_rods &&
+                      up.dot(hung - start) > settled - 0.1 * options.height;
   const double lost_depth = options.lost_share * options.height;
   double lost_at = std::numeric_limits<double>::quiet_NaN(), touched_last = times.test;
   for (Eigen::Index f = hangs; f < time.size(); ++f) {
