@@ -17,12 +17,13 @@ namespace {
 
 constexpr int kPieces = 64;  // of a span, as straight as its arc length is reckoned
 
-// Catmull and Rom 1974, ends as straight as their neighbours let them.
+// Catmull and Rom 1974; at the ends, where a parabola through three points leads.
 Matrix3Xd Fine(const Eigen::Ref<const Matrix3Xd>& points) {
   const Index spans = points.cols() - 1;
   const auto slope = [&](Index i) {
-    const Index before = std::max<Index>(i - 1, 0), after = std::min(i + 1, spans);
-    return Vector3d((points.col(after) - points.col(before)) / static_cast<double>(after - before));
+    if (i == 0) return Vector3d(-1.5 * points.col(0) + 2 * points.col(1) - 0.5 * points.col(2));
+    if (i == spans) return Vector3d(1.5 * points.col(i) - 2 * points.col(i - 1) + 0.5 * points.col(i - 2));
+    return Vector3d(0.5 * (points.col(i + 1) - points.col(i - 1)));
   };
   Matrix3Xd fine(3, spans * kPieces + 1);
   for (Index i = 0; i < spans; ++i) {
