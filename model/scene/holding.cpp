@@ -154,8 +154,8 @@ std::string RuleOf(HoldingTest test, const HoldingOptions& options) {
   const auto mm = [](double length) { return ShortNumber(std::round(1e4 * length) / 10) + " mm"; };
   const std::string lifted =
       "lifted by " + mm(options.height) + ", the object's centre stayed more than " + mm(options.least_rise) +
-      " above its start (without gravity: half of the lift) for " + ShortNumber(options.watch_time) +
-      " s, what hangs by less than half on its string";
+      " above its start, and half of the lift above where that began, for " +
+      ShortNumber(options.watch_time) + " s, with half of its weight or more off its string";
   switch (test) {
     case HoldingTest::kLift:
       return lifted;
