@@ -41,6 +41,16 @@ Result<Prepared> Prepare(const SimulateCall& call) {
   if (call.then.empty()) return ready;
   HoldingPlan& holding = ready.holding.emplace();
   holding.test = HoldingTestNamed(call.then);
+  // The first that can be lifted.
+  const std::vector<SceneObject>& objects = ready.scene.objects;
+  while (holding.options.object < objects.size() &&
+         objects[holding.options.object].motion == ObjectMotion::kFixed) {
+    ++holding.options.object;
+  }
+  if (holding.options.object == objects.size()) {
+    return Error{ErrorKind::kBadInput, call.scene + ": --then " + call.then +
+                                           ": expected an [[object]] with motion = \"free\" or \"hanging\""};
+  }
   const Result<HoldingTimes> times = AddHoldingTest(ready.scene, holding.test, holding.options);
   if (!times.ok()) return Error(times.error()).Within(call.scene);
   holding.times = times.value();
@@ -109,7 +119,8 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   if (!checkpoint.trouble().empty()) out.Warn("no state could be kept: " + checkpoint.trouble());
   TellRun(scene, done, finished.wall_s, resumed_at, out);
   const bool goes_on = done.stopped && checkpoint.holds();
-  if (done.curves[0].time.size() > 0 && !goes_on) {
+  const bool nothing = done.diverged && done.diverged->at_start;  // the scene cannot be: there is no run
+  if (done.curves[0].time.size() > 0 && !goes_on && !nothing) {
     TellObjects(scene, done, out);
     if (ready.value().holding && !done.diverged && !done.stopped) {
       Result<HoldingVerdict> verdict = TellHolding(scene, *ready.value().holding, done, out);
@@ -119,7 +130,7 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
     TellPassages(done, out);
     if (Status s = WriteOutputs(call, finished, out); !s.ok()) return s;
   }
-  TellDoubts(done, out);
+  if (!nothing) TellDoubts(done, out);
   if (!goes_on) checkpoint.Remove();
   return EndOf(call, scene, done, goes_on);
 }

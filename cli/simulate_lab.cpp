@@ -40,7 +40,12 @@ ObjectSpec ObjectOf(const SceneObject* object) {
   spec.radius = body.radius;
   spec.length = along.norm() + 2 * body.radius;
   spec.position = object->pose.translation();
-  spec.axis = along.norm() > 0 ? Eigen::Vector3d(along.normalized()) : Eigen::Vector3d::UnitX();
+  // Of a cylinder shorter than thick the axis is in its shape alone.
+  const bool long_one = object->kind == "cylinder" || object->kind == "capsule";
+  spec.axis = long_one
+                  ? Eigen::Vector3d((object->pose * object->shape[0].object_from_primitive).linear().col(2))
+                  : Eigen::Vector3d::UnitX();
+  if (object->kind == "cylinder") spec.length = 2 * object->shape[0].half.z();
   spec.mass = object->mass;  // 0: fixed
   if (body.radius > 0) return spec;
   // Of what is not round, how far it reaches.

@@ -73,7 +73,9 @@ void TellRun(const Scene& scene, const Simulated& done, double wall_s, double re
 
 void TellObjects(const Scene& scene, const Simulated& done, Output& out) {
   auto& list = out.fields()["objects"] = Json::array();
-  const bool contact = scene.level != SimulationLevel::kStatic;
+  // The published laws do not add up what they do to objects.
+  const bool contact =
+      scene.level != SimulationLevel::kStatic && scene.contact.law == ContactLaw::kHertzSegments;
   for (std::size_t o = 0; o < done.objects.size(); ++o) {
     const ObjectSeries& series = done.objects[o];
     const SceneObject& object = scene.objects[o];

@@ -192,6 +192,12 @@ bool TomlTable::Choice(const std::string& key, std::string& target, const std::v
     target = node->as_string()->get();
     return true;
   }
+  // `true` without quotes is meant by who writes it where it is a choice.
+  if (node->is_boolean() && node->as_boolean()->get() &&
+      std::find(known.begin(), known.end(), "true") != known.end()) {
+    target = "true";
+    return true;
+  }
   return Refuse(node, key, fmt::format("one of {}", fmt::join(known, ", ")));
 }
 

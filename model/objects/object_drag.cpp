@@ -93,6 +93,7 @@ Result<Figures> FiguresOf(const Primitive& primitive) {
       return SphereFigures(primitive.radius);
     case PrimitiveKind::kCapsule:
     case PrimitiveKind::kCylinder:
+      if (primitive.kind == PrimitiveKind::kCapsule && half == 0) return SphereFigures(primitive.radius);
       if (!IsLength(half)) return Wrong("half a part's length", half);
       return primitive.kind == PrimitiveKind::kCapsule ? CapsuleFigures(primitive.radius, half)
                                                        : CylinderFigures(primitive.radius, half);

@@ -22,6 +22,10 @@ std::pair<double, double> FrictionOfSolid(const Contact& contact, const Solid& s
 
 double SolidContact::StiffnessOf(const Contact& contact) { return contact.stiffness * std::sqrt(1e-3); }
 
+double SolidContact::DampingOf(const Contact& contact, double mass) {
+  return 2 * kDampingRatio * std::sqrt(StiffnessOf(contact) * mass);
+}
+
 SolidContact::SolidContact(const Contact& contact, std::span<const Solid> solids,
                            std::span<const double> masses)
     : contact_(contact), solids_(solids.size()) {
@@ -33,7 +37,7 @@ SolidContact::SolidContact(const Contact& contact, std::span<const Solid> solids
   }
   for (std::size_t s = 0; s < solids.size(); ++s) {
     if (!(masses[s] > 0)) continue;
-    const double damping = 2 * kDampingRatio * std::sqrt(StiffnessOf(contact) * masses[s]);
+    const double damping = DampingOf(contact, masses[s]);
     for (const SurfaceSphere& at : SurfaceSpheres(solids[s].shape)) {
       spheres_.push_back({s, at, damping, sticks_.size()});
       sticks_.resize(sticks_.size() + parts);

@@ -22,8 +22,9 @@ class SolidContact {
   // Springs of what sticks move on by a step.
   void Add(std::span<const Solid> solids, double time_step, std::span<Wrench> wrenches);
 
-  // The stiffness of a sphere, N/m.
+  // The stiffness of a sphere, N/m, and its damping, N s/m.
   static double StiffnessOf(const Contact& contact);
+  static double DampingOf(const Contact& contact, double mass);
 
   std::vector<double> Save() const;
   bool Restore(std::span<const double> saved);

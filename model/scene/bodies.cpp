@@ -66,7 +66,6 @@ Bodies::Bodies(const Scene& scene, double time_step)
     body.mass = object.mass + added;
     bodies_.push_back(body);
     drags_.push_back(std::move(drag));
-    added_mass_.push_back(added);
   }
   Refresh();
 }
@@ -128,13 +127,14 @@ double Bodies::KineticEnergy() const {
   return energy;
 }
 
-bool Bodies::Finite() const {
-  for (const RigidBody& body : bodies_) {
+std::optional<std::size_t> Bodies::NotFinite() const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const RigidBody& body = bodies_[b];
     if (!std::isfinite(body.position.sum() + body.velocity.sum() + body.angular_momentum_in_body.sum())) {
-      return false;
+      return b;
     }
   }
-  return true;
+  return std::nullopt;
 }
 
 std::vector<double> Bodies::Save() const {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,7 +32,8 @@ class Bodies {
   const std::vector<double>& tensions() const { return tensions_; }
   const RigidBody& body(std::size_t object) const { return bodies_[object]; }
   double KineticEnergy() const;  // J
-  bool Finite() const;
+  // The first that is not finite.
+  std::optional<std::size_t> NotFinite() const;
 
   std::vector<double> Save() const;
   bool Restore(std::span<const double> saved);
@@ -44,8 +46,7 @@ class Bodies {
   double time_step_;
   bool moves_ = false;
   std::vector<RigidBody> bodies_;
-  std::vector<ObjectDrag> drags_;   // in a medium
-  std::vector<double> added_mass_;  // kg
+  std::vector<ObjectDrag> drags_;  // in a medium
   std::vector<Solid> solids_;
   std::vector<Wrench> loads_;
   std::vector<double> tensions_;

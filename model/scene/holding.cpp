@@ -49,6 +49,9 @@ Result<HoldingTimes> AddHoldingTest(Scene& scene, HoldingTest test, const Holdin
   if (object.motion == ObjectMotion::kFixed) {
     return bad("the object is fixed; expected motion = \"free\" or \"hanging\"");
   }
+  if (scene.level == SimulationLevel::kStatic) return bad("level static lifts nothing; expected standard");
+  if (scene.contact.stiffness == 0)
+    return bad("nothing touches with a contact stiffness of 0; expected above 0");
   if (!scene.gripper) return bad("expected a [gripper]: nothing else lifts");
   HoldingTimes times;
   times.lift = scene.duration;
@@ -105,11 +108,17 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
     borne += up.dot(object.forces[static_cast<std::size_t>(f)]);
     ++watched;
   }
+  if (watched == 0) {
+    return Error{ErrorKind::kBadInput, "test of holding, " + NameOf(test) +
+                                           ": no frame while it is watched; expected some ten a second"};
+  }
   const Vector3d hung = place(hangs);
   // What floats may have been pushed up before, and stay behind.
   const bool came_along = result.rise - before >= 0.5 * options.height;
   // What is pushed aside on its string rises too.
-  const double weight = scene.objects[options.object].mass * scene.gravity.norm();
+  const Result<MassProperties> properties = MassOf(scene.objects[options.object].shape);
+  const double displaced = properties.ok() ? scene.medium.density * properties.value().volume : 0;
+  const double weight = std::max(0.0, scene.objects[options.object].mass - displaced) * scene.gravity.norm();
   const bool by_rods = scene.objects[options.object].motion != ObjectMotion::kHanging ||
                        borne >= options.least_borne * weight * watched;
   const bool lifted = result.rise > options.least_rise && came_along && by_rods &&
@@ -131,7 +140,6 @@ Result<HoldingResult> JudgeHolding(const Scene& scene, HoldingTest test, const H
     result.payload =
         scene.objects[options.object].mass + std::min(options.load_rate * lasted, options.largest_load);
     result.payload_ratio = result.payload / rods_mass;
-    result.held = true;
   } else if (test == HoldingTest::kStrike) {
     const int all = 4 * options.strikes_a_side;
     result.strikes =
@@ -172,15 +180,15 @@ std::string RuleOf(HoldingTest test, const HoldingOptions& options) {
 
 std::string HoldingResult::Sentence() const {
   const std::string height =
-      "its centre stayed " + ShortNumber(std::round(1e4 * rise) / 10) + " mm above its start";
+      "its centre stayed " + ShortNumber(std::round(1e4 * rise) / 10 + 0.0) + " mm above its start";
+  if (!lifted) return "not lifted: " + height;
   switch (test) {
     case HoldingTest::kLift:
       return (held ? "lifted: " : "not lifted: ") + height;
     case HoldingTest::kLoad:
-      if (std::isnan(payload)) return "not lifted: " + height;
       return std::string(payload_is_least ? "holds " : "slips at ") + ShortNumber(std::round(1e3 * payload)) +
-             " g, " + ShortNumber(std::round(10 * payload_ratio) / 10) + " times the rods' mass" +
-             (payload_is_least ? " and more" : "");
+             " g with its own, " + ShortNumber(std::round(10 * payload_ratio) / 10) +
+             " times the rods' mass" + (payload_is_least ? " and more" : "");
     case HoldingTest::kStrike:
       return std::string(held ? "holds" : "lost") + " after " + std::to_string(strikes) +
              " strikes, moved by up to " + ShortNumber(std::round(1e3 * shift)) + " mm";

@@ -51,7 +51,7 @@ Result<HoldingTimes> AddHoldingTest(Scene& scene, HoldingTest test, const Holdin
 struct HoldingResult {
   HoldingTest test = HoldingTest::kLift;
   bool lifted = false;  // rose with the carrier and stayed, by RuleOf(kLift)
-  bool held = false;    // of kRelease: let go
+  bool held = false;    // to the end; of kRelease: let go
   double rise = 0;      // the least while it is watched, m
   double shift = 0;     // the most from where it hung after the lift, m
   double payload = std::numeric_limits<double>::quiet_NaN();  // kLoad: the object and what slipped it, kg

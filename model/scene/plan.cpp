@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "model/rods/press.h"
+#include "model/rods/solid_contact.h"
 #include "model/rods/start_shape.h"
 
 namespace tendril {
@@ -273,6 +274,33 @@ struct Planner {
     return least;
   }
 
+  // Likewise of objects that stand on others by the most spheres that one of them can stand on: what lies in
+  // one plane.
+  double StepOfStanding() const {
+    double least = HUGE_VAL;
+    if (scene.objects.size() < 2 || scene.contact.law != ContactLaw::kHertzSegments) return least;
+    const double stiffness = SolidContact::StiffnessOf(scene.contact);
+    for (const SceneObject& object : scene.objects) {
+      if (object.motion == ObjectMotion::kFixed) continue;
+      const std::vector<SurfaceSphere> spheres = SurfaceSpheres(object.shape);
+      double most = 0;
+      for (Index axis = 0; axis < 3; ++axis) {
+        for (const SurfaceSphere& one : spheres) {
+          most = std::max(most, static_cast<double>(std::count_if(
+                                    spheres.begin(), spheres.end(), [&](const SurfaceSphere& other) {
+                                      return std::abs(other.centre[axis] - one.centre[axis]) <= 1e-9;
+                                    })));
+        }
+      }
+      // (omega h)^2 + 2 gamma h = 4, as of what sticks; turning about an edge gives three times as much.
+      const double give = 4 / object.mass;
+      const double gamma = most * SolidContact::DampingOf(scene.contact, object.mass) * give;
+      const double square = most * stiffness * give;
+      least = std::min(least, 4 / (gamma + std::sqrt(gamma * gamma + 4 * square)));
+    }
+    return least;
+  }
+
   // Each relief only as large as it makes the step longer: all limits meet at that of the strongest term.
   void Step() {
     const bool paper = scene.level == SimulationLevel::kPaper;
@@ -314,7 +342,7 @@ struct Planner {
                                         ShortNumber(100 * kFastSlowing) + " %"});
     }
     StableSteps steps = steps_with(plan.relief);
-    steps.contact = std::min(steps.contact, StepOfObjects());
+    steps.contact = std::min({steps.contact, StepOfObjects(), StepOfStanding()});
     double sticking = HUGE_VAL;
     for (const Driven& d : rods) {
       if (!(stiffness > 0 && Friction() > 0) || scene.contact.law != ContactLaw::kHertzSegments) break;

@@ -66,7 +66,7 @@ double StickingStep(const Rod& rod, const Contact& contact) {
     const double radius = rod.radius[i];
     const bool at_end = i == 0 || i + 1 == rod.elements();
     const double mass = std::min(rod.mass[i], rod.mass[i + 1]) * (at_end ? 2 : 1);
-    const double gives = 1 / mass + radius * radius / rod.inertia(0, i);
+    const double gives = 1 / mass + radius * radius / rod.inertia.col(i).minCoeff();
     const double surface = SurfaceStiffness(contact.stiffness, radius) * rod.rest_length[i];
     const double damper =
         contact.damping * std::max(1.0, surface / ReferenceStiffness(contact.stiffness, 2 * radius));

@@ -100,12 +100,18 @@ Divergence Stepper::Explain(Divergence found) const {
   const std::vector<Rod> at = At(static_cast<double>(kicks_) * options_.time_step);
   if (const auto lost = FindNotFinite(rods_, at)) {
     found = *lost;
+  } else if (const std::optional<std::size_t> object = bodies_.NotFinite()) {
+    const std::string& name = scene_.objects[*object].name;
+    found.rod = "object " + (name.empty() ? std::to_string(*object) : name);
+    found.element = -1;
+    found.why = "its place or motion is not finite";
   } else if (found.why == "overlap") {
     found = FindDeepest(scene_, rods_, at, PosesAt(static_cast<double>(kicks_) * options_.time_step));
   } else if (found.why == "turned") {
     found = FindFarTurned(rods_, at, options_.time_step);
   }
-  if (kicks_ == 1 && found.why.find("of the radii's sum") != std::string::npos) {
+  if (kicks_ == 1 && (found.why.find("of the radii's sum") != std::string::npos ||
+                      found.why.find("of its radius") != std::string::npos)) {
     found.why += ": they start inside each other";
     found.at_start = true;
   }
@@ -160,6 +166,7 @@ std::optional<Divergence> Stepper::StepPlainly() {
   }
   bodies_.Step(middle, on_bodies_);
   std::optional<Divergence> found;
+  if (bodies_.NotFinite()) found.emplace().why = "not finite";
   for (std::size_t r = 0; r < rods_.size(); ++r) {
     Driven& d = rods_[r];
     PlainOptions options = options_;
@@ -327,7 +334,7 @@ void Stepper::AddContact() {
   }
   // Positions that are not finite are found by the rods themselves, in the kick that follows.
   contact_found_ = contacts_->Find(options_.time_step);
-  for (std::size_t s = 0; bodies_.AnyMoves() && !published && s < solids.size(); ++s) {
+  for (std::size_t s = 0; !published && s < solids.size(); ++s) {
     on_bodies_[s] = contacts_->OnSolid(s);
   }
 }
@@ -362,7 +369,7 @@ std::optional<Divergence> Stepper::StepLanes() {
   });
   bodies_.Step(middle, on_bodies_);
   std::optional<Divergence> found;
-  if (!bodies_.Finite()) found.emplace().why = "not finite";
+  if (bodies_.NotFinite()) found.emplace().why = "not finite";
   if (contacts_ && contacts_->least_share() < kLeastAxisShare) found.emplace().why = "overlap";
   for (const Batch& batch : batches_) {
     if (!batch.lanes->trouble().any() || found) continue;

@@ -90,7 +90,11 @@ bool Stepper::Restore(const std::vector<double>& state) {
   std::vector<std::vector<double>> forces;
   for (std::size_t b = 0; b < on_bodies_.size(); ++b) forces.push_back(lists.Next(3));
   const std::vector<double> contact = contacts_ ? lists.Next() : std::vector<double>();
-  if (!lists.done() || !bodies_.Restore(bodies) || (contacts_ && !contacts_->Restore(contact))) return false;
+  // The plain form does not keep what sticks.
+  double friction = std::max(scene_.contact.friction, scene_.contact.static_friction);
+  for (const SceneObject& object : scene_.objects) friction = std::max(friction, object.friction.value_or(0));
+  if (!lists.done() || (plan_.plain && friction > 0)) return false;
+  if ((contacts_ && !contacts_->Restore(contact)) || !bodies_.Restore(bodies)) return false;
   kicks_ = static_cast<std::int64_t>(head[0]);
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     std::copy(memory[b].begin(), memory[b].end(), batches_[b].lanes->memory().begin());

@@ -70,7 +70,8 @@ double StoredByMotion(const Driven& d) {
 }  // namespace
 
 std::string Divergence::Sentence() const {
-  return "at " + ShortNumber(time) + " s, " + rod + ", element " + std::to_string(element) + ": " + why;
+  return "at " + ShortNumber(time) + " s, " + rod +
+         (element >= 0 ? ", element " + std::to_string(element) : "") + ": " + why;
 }
 
 double KineticEnergy(const Rod& rod) {
@@ -95,7 +96,11 @@ double EnergyBudget(const Scene& scene, const std::vector<Driven>& rods) {
   }
   for (const Push& push : scene.pushes) {
     const double impulse = push.force.norm() * (push.until - push.from);
-    budget += 0.5 * impulse * impulse / scene.objects[push.object].mass;
+    // Of a long push no more than its work along what rods can give by.
+    double longest = 0;
+    for (const Driven& d : rods) longest = std::max(longest, d.rod.rest_length.sum());
+    budget +=
+        std::min(0.5 * impulse * impulse / scene.objects[push.object].mass, 2 * longest * push.force.norm());
   }
   // Each pull stores its bending anew.
   const double pulls = std::count_if(scene.phases.begin(), scene.phases.end(),
@@ -197,7 +202,7 @@ Divergence FindDeepest(const Scene& scene, const std::vector<Driven>& rods, cons
   };
   for (std::size_t r = 0; r < at.size(); ++r) {
     for (Index i = 0; i < at[r].elements(); ++i) {
-      const double radius = PresentRadius(at[r], i);
+      const double radius = published ? PresentRadius(at[r], i) : at[r].radius[i];
       const Vector3d middle = 0.5 * (at[r].position.col(i) + at[r].position.col(i + 1));
       for (std::size_t o = 0; o < scene.objects.size(); ++o) {
         const SceneObject& object = scene.objects[o];
@@ -207,15 +212,21 @@ Divergence FindDeepest(const Scene& scene, const std::vector<Driven>& rods, cons
           continue;
         }
         for (const Primitive& part : object.shape) {
-          // The surface stands for a rod alike.
           const double distance = DistanceTo(part, poses[o].inverse() * middle).distance;
-          look(r, i, distance + radius, 2 * radius, "a rod alike under the surface of " + name);
+          // A rod alike under the surface would be that near.
+          const double share = 0.5 + 0.5 * distance / radius;
+          if (!(share < least)) continue;
+          least = share;
+          found = At(rods[r], i,
+                     "it is " + ShortNumber(1e3 * (radius - distance)) + " mm deep in " + name + ", " +
+                         ShortNumber((radius - distance) / radius) + " of its radius");
         }
       }
       for (std::size_t other = 0; other <= r; ++other) {
         const Rod& b = at[other];
         for (Index j = other == r ? FirstThatMayTouch(b, i, scene.contact.law) : 0; j < b.elements(); ++j) {
-          look(r, i, apart(at[r], i, b.position.col(j), b.position.col(j + 1)), radius + PresentRadius(b, j),
+          look(r, i, apart(at[r], i, b.position.col(j), b.position.col(j + 1)),
+               radius + (published ? PresentRadius(b, j) : b.radius[j]),
                rods[other].name + ", element " + std::to_string(j));
         }
       }

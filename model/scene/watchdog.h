@@ -16,7 +16,7 @@ namespace tendril {
 struct Divergence {
   double time = 0;  // s
   std::string rod;
-  Eigen::Index element = 0;
+  Eigen::Index element = 0;      // below 0: of an object, which `rod` names
   std::string why;               // a clause: "an element turns by 1.7 rad against the one before"
   double suggested_step = 0;     // s
   bool at_start = false;         // bodies start inside each other: the scene is wrong, not the step

@@ -197,7 +197,7 @@ TEST(SimulateObjects, StoppingThreadsAndFramesChangeNoByte) {
   command += " >/dev/null 2>&1";
   int stops = 0, code = 1;
   for (; stops < 100 && code != 0; ++stops) {
-    const std::string time = std::to_string(0.1 + 0.05 * stops);
+    const std::string time = std::to_string(0.1 + 0.15 * stops);
     code = std::system(("timeout -s INT " + time + " " + command).c_str());
   }
   EXPECT_EQ(code, 0);
