@@ -220,7 +220,7 @@ TEST(SimulateObjects, WhatCannotBeTestedIsSaidBeforeTheRun) {
   };
   EXPECT_THAT(refused({"simulate", scene, "--then", "lift", "--fps", "2", "--json"}), HasSubstr("--fps 2"));
   EXPECT_THAT(refused({"simulate", scene, "--then", "lift", "--set", "object.0.motion=fixed", "--json"}),
-              HasSubstr("the object is fixed"));
+              HasSubstr("expected an [[object]] with motion"));
   EXPECT_THAT(refused({"simulate", scene, "--set", "object.0.masss=1", "--json"}), HasSubstr("mass"));
   EXPECT_THAT(refused({"simulate", scene, "--then", "shake", "--json"}), HasSubstr("shake"));
   const ProgramRun help = RunProgram({"simulate", "--help"});
