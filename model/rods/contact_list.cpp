@@ -39,8 +39,7 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
       least_distance_(kNothing),
       least_share_(kNothing),
       least_gap_(kNothing) {
-  slides_ =
-      contact.law == ContactLaw::kHertzSegments && std::max(contact.friction, contact.static_friction) > 0;
+  slides_ = contact.law == ContactLaw::kHertzSegments && RoughnessOf(contact).at_rest > 0;
   for (const Rod& rod : rods) {
     PlaceStrand(static_cast<int>(rod.elements()), false);
     thinnest_ = std::min(thinnest_, rod.radius.minCoeff());
@@ -240,7 +239,7 @@ void ContactList::PressRods(double time_step) {
   contact_kernel::Press press{};
   press.damping = contact_.damping;
   press.points = contact_.points;
-  press.sliding = SlidingOn(contact_.friction, contact_.static_friction, time_step);
+  press.sliding = SlidingOn(RoughnessOf(contact_), time_step);
   press.pairs = static_cast<int>(rod_pairs_.one.size());
   press.one = rod_pairs_.one.data();
   press.other = rod_pairs_.other.data();

@@ -21,6 +21,7 @@
 #include "model/rods/contact_plain.h"
 #include "model/rods/contact_slots.h"
 #include "model/rods/rod.h"
+#include "model/rods/roughness.h"
 #include "model/rods/solid.h"
 
 namespace tendril {
@@ -145,7 +146,7 @@ class ContactList {
   void FollowSolids(double time_step);
   void ChooseOnSolids();
   void ChooseOnPart(std::size_t part);
-  contact_kernel::Sliding SlidingOn(double friction, double static_friction, double time_step) const;
+  static contact_kernel::Sliding SlidingOn(const Roughness& roughness, double time_step);
   void PressRods(double time_step);
   void PressOnSolids(double time_step);
   void TouchAsPublished();

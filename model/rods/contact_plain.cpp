@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "model/rods/press.h"
+#include "model/rods/roughness.h"
 
 namespace tendril {
 namespace {
@@ -28,8 +29,6 @@ void Put(const Vector3d& force, double share, Index i, RodLoads& loads) {
   loads.force.col(i + 1) += share * force;
 }
 
-double StaticOf(const Contact& contact) { return std::max(contact.friction, contact.static_friction); }
-
 }  // namespace
 
 void PlainContact::AddPair(std::span<const Rod> rods, const Key& key, double time_step,
@@ -43,7 +42,8 @@ void PlainContact::AddPair(std::span<const Rod> rods, const Key& key, double tim
   loads[b].force.col(j) += press.b_start;
   loads[b].force.col(j + 1) += press.b_end;
   const double size = press.normal_force.norm();
-  if (!(size > 0) || (contact_.damping == 0 && StaticOf(contact_) == 0)) return;
+  const Roughness roughness = RoughnessOf(contact_);
+  if (!(size > 0) || (contact_.damping == 0 && roughness.at_rest == 0)) return;
   const Vector3d normal = press.normal_force / size;
   const double radii = one.radius[i] + other.radius[j];
   const Vector3d apart =
@@ -56,11 +56,11 @@ void PlainContact::AddPair(std::span<const Rod> rods, const Key& key, double tim
   const double damping = contact_.damping * press.stiffness / ReferenceStiffness(contact_.stiffness, radii);
   const double damped = std::max(-size, -damping * velocity.dot(normal));
   Vector3d force = damped * normal;
-  if (StaticOf(contact_) > 0) {
+  if (roughness.at_rest > 0) {
     Spring& spring = springs_[key];
     spring.touched = true;
     spring.stiffness = contact_.tangential_ratio * press.stick_stiffness;
-    const FrictionOf friction{contact_.friction, StaticOf(contact_), spring.stiffness, damping};
+    const FrictionOf friction{roughness.kinetic, roughness.at_rest, spring.stiffness, damping};
     force += FrictionForce(spring.stick, friction, normal, size + damped, velocity,
                            0.5 * (one_spin + other_spin), time_step);
   }
@@ -99,11 +99,9 @@ void PlainContact::AddSolid(std::span<const Rod> rods, std::span<const Solid> so
     gap += size * surface.distance;
     pressing += stiffness;
   }
-  const double kinetic = solid.friction >= 0 ? solid.friction : contact_.friction;
-  const double at_rest =
-      std::max(kinetic, solid.friction >= 0 ? solid.static_friction : contact_.static_friction);
+  const Roughness roughness = RoughnessOf(contact_, solid);
   const double size = sum.norm();
-  if (!(size > 0) || (contact_.damping == 0 && at_rest == 0)) return;
+  if (!(size > 0) || (contact_.damping == 0 && roughness.at_rest == 0)) return;
   const Vector3d normal = sum / size;
   const double share = at / total;
   const Vector3d point = AxisPoint(rod.position, i, share);
@@ -116,12 +114,12 @@ void PlainContact::AddSolid(std::span<const Rod> rods, std::span<const Solid> so
   const double damping = contact_.damping * pressing / ReferenceStiffness(contact_.stiffness, 2 * radius);
   const double damped = std::max(-size, -damping * velocity.dot(normal));
   Vector3d force = damped * normal;
-  if (at_rest > 0) {
+  if (roughness.at_rest > 0) {
     Spring& spring = springs_[key];
     spring.touched = true;
     spring.stiffness = contact_.tangential_ratio * stiffness * contact_.points;
-    force += FrictionForce(spring.stick, {kinetic, at_rest, spring.stiffness, damping}, normal, size + damped,
-                           velocity, 0.5 * (spin + solid.spin), time_step);
+    force += FrictionForce(spring.stick, {roughness.kinetic, roughness.at_rest, spring.stiffness, damping},
+                           normal, size + damped, velocity, 0.5 * (spin + solid.spin), time_step);
   }
   Put(force, share, i, loads[a]);
   loads[a].couple.col(i) += arm.cross(force);

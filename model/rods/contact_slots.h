@@ -21,10 +21,11 @@ struct ContactSlots {
     constants.clear();
     found = 0;
   }
-  double* SpringAt(std::size_t slot) {
-    return springs.data() + slot / 8 * (8 * contact_kernel::kSpring) + slot % 8;
+  static std::size_t PlaceOfSpring(std::size_t slot) {
+    return slot / 8 * (8 * contact_kernel::kSpring) + slot % 8;
   }
-  const double* SpringAt(std::size_t slot) const { return const_cast<ContactSlots*>(this)->SpringAt(slot); }
+  double* SpringAt(std::size_t slot) { return springs.data() + PlaceOfSpring(slot); }
+  const double* SpringAt(std::size_t slot) const { return springs.data() + PlaceOfSpring(slot); }
 
   // Springs of another choice of the same elements, where they are here too; else none.
   void TakeSprings(const ContactSlots& from) {

@@ -36,7 +36,7 @@ void ContactList::PlaceSolid(const Solid& solid) {
   placed.solid = solid;
   placed.reach = ReachOf(solid.shape);
   placed.chosen_pose = solid.pose;
-  slides_ = slides_ || std::max(solid.friction, solid.static_friction) > 0;
+  slides_ = slides_ || RoughnessOf(contact_, solid).at_rest > 0;
   for (const Primitive& primitive : solid.shape) {
     Primitive centred = primitive;
     centred.object_from_primitive.setIdentity();
@@ -145,9 +145,8 @@ void ContactList::ChooseOnPart(std::size_t number) {
   if (Moves()) slots.TakeSprings(old_);
 }
 
-contact_kernel::Sliding ContactList::SlidingOn(double friction, double static_friction,
-                                               double time_step) const {
-  return {friction, std::max(friction, static_friction), time_step};
+contact_kernel::Sliding ContactList::SlidingOn(const Roughness& roughness, double time_step) {
+  return {roughness.kinetic, roughness.at_rest, time_step};
 }
 
 void ContactList::PressOnSolids(double time_step) {
@@ -169,8 +168,7 @@ void ContactList::PressOnSolids(double time_step) {
     Copy(solid.spin, press.turning);
     press.damping = contact_.damping;
     press.points = contact_.points;
-    press.sliding = solid.friction >= 0 ? SlidingOn(solid.friction, solid.static_friction, time_step)
-                                        : SlidingOn(contact_.friction, contact_.static_friction, time_step);
+    press.sliding = SlidingOn(RoughnessOf(contact_, solid), time_step);
     press.elements = static_cast<int>(part.slots.one.size());
     press.one = part.slots.one.data();
     press.constants = part.slots.constants.data();

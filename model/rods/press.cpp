@@ -8,13 +8,23 @@ namespace {
 
 using Eigen::Vector3d;
 
+// An element, and what half of the energy does to it.
+struct Loaded {
+  const PressSide& it;
+  Vector3d& start_force;
+  Vector3d& end_force;
+  Vector3d push = Vector3d::Zero();  // what is across the axes
+  double at = 0;                     // sum of where on the axis, weighed by what presses there
+};
+
 // Half of the energy: points of `one` against the whole of `other`.
-void AddHalf(double factor, int points, double radii, const PressSide& one, const PressSide& other,
-             Press& press, Vector3d& one_start, Vector3d& one_end, Vector3d& other_start, Vector3d& other_end,
-             Vector3d& on_one, double& sum, double& one_sum, double& other_sum) {
+//   returns  the sum of the weights
+double AddHalf(double factor, int points, double radii, Loaded& one_side, Loaded& other_side, Press& press) {
+  const PressSide &one = one_side.it, &other = other_side.it;
+  double sum = 0;
   const Vector3d edge = other.end - other.start;
   const double length = edge.norm();
-  if (!(length > 0)) return;
+  if (!(length > 0)) return sum;
   const Vector3d along = edge / length;
   const double weight = factor * one.rest_length / points;
   for (int k = 0; k < points; ++k) {
@@ -36,16 +46,17 @@ void AddHalf(double factor, int points, double radii, const PressSide& one, cons
     const Vector3d turn = (at_from - at_to) / length * across;
     press.presses = true;
     press.energy += weight * c * piece;
-    one_start += (1 - at) * force;
-    one_end += at * force;
-    other_start += -(1 - share) * push + turn + at_from * along;
-    other_end += -share * push - turn - at_to * along;
-    on_one += push;
+    one_side.start_force += (1 - at) * force;
+    one_side.end_force += at * force;
+    other_side.start_force += -(1 - share) * push + turn + at_from * along;
+    other_side.end_force += -share * push - turn - at_to * along;
+    one_side.push += push;
     sum += steep;
-    one_sum += steep * at;
-    other_sum += steep * (foot + 0.5 * (from + to)) / length;
+    one_side.at += steep * at;
+    other_side.at += steep * (foot + 0.5 * (from + to)) / length;
     press.stiffness += weight * 32. / 3 * radii * radii * 0.75 * piece / (c * c2);
   }
+  return sum;
 }
 
 }  // namespace
@@ -55,19 +66,16 @@ Press PressOf(double stiffness, int points, const PressSide& a, const PressSide&
   press.a_start = press.a_end = press.b_start = press.b_end = Vector3d::Zero();
   const double radii = a.radius + b.radius;
   const double factor = PressFactor(stiffness, radii);
-  Vector3d on_a = Vector3d::Zero(), on_b = Vector3d::Zero();
-  double sum = 0, a_sum = 0, b_sum = 0;
-  AddHalf(factor, points, radii, a, b, press, press.a_start, press.a_end, press.b_start, press.b_end, on_a,
-          sum, a_sum, b_sum);
-  AddHalf(factor, points, radii, b, a, press, press.b_start, press.b_end, press.a_start, press.a_end, on_b,
-          sum, b_sum, a_sum);
+  Loaded one{a, press.a_start, press.a_end}, other{b, press.b_start, press.b_end};
+  double sum = AddHalf(factor, points, radii, one, other, press);
+  sum += AddHalf(factor, points, radii, other, one, press);
   if (!press.presses) return press;
-  press.normal_force = on_a - on_b;
+  press.normal_force = one.push - other.push;
   press.stick_stiffness = StickStiffness(factor, radii, a.rest_length + b.rest_length);
   // Axes that cross: no normal, and no force across.
   if (sum > 0) {
-    press.a_share = a_sum / sum;
-    press.b_share = b_sum / sum;
+    press.a_share = one.at / sum;
+    press.b_share = other.at / sum;
   }
   return press;
 }

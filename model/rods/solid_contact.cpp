@@ -4,19 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/rods/roughness.h"
+
 namespace tendril {
 namespace {
 
 using Eigen::Vector3d;
 
 constexpr double kDampingRatio = 0.2;
-
-// mu of a solid, sliding and at rest.
-std::pair<double, double> FrictionOfSolid(const Contact& contact, const Solid& solid) {
-  const double kinetic = solid.friction >= 0 ? solid.friction : contact.friction;
-  const double at_rest = solid.friction >= 0 ? solid.static_friction : contact.static_friction;
-  return {kinetic, std::max(kinetic, at_rest)};
-}
 
 }  // namespace
 
@@ -62,10 +57,9 @@ void SolidContact::Touch(const Sphere& sphere, std::span<const Solid> solids, st
       mine.velocity + mine.spin.cross(mine_arm) - its.velocity - its.spin.cross(its_arm);
   const double stiffness = StiffnessOf(contact_);
   const double size = std::max(0.0, stiffness * depth - sphere.damping * velocity.dot(normal));
-  const auto [mine_kinetic, mine_static] = FrictionOfSolid(contact_, mine);
-  const auto [its_kinetic, its_static] = FrictionOfSolid(contact_, its);
-  const FrictionOf friction{std::max(mine_kinetic, its_kinetic), std::max(mine_static, its_static),
-                            contact_.tangential_ratio * stiffness, sphere.damping};
+  const Roughness roughness = RoughnessOf(contact_, mine, its);
+  const FrictionOf friction{roughness.kinetic, roughness.at_rest, contact_.tangential_ratio * stiffness,
+                            sphere.damping};
   Vector3d force = size * normal;
   if (friction.at_rest > 0) {
     force += FrictionForce(stick, friction, normal, size, velocity, 0.5 * (mine.spin + its.spin), time_step);

@@ -18,7 +18,7 @@ class SolidContact {
 
   bool CanTouch() const { return !spheres_.empty() && solids_ > 1; }
   // Forces of the present state, added to what is there: linear in depth, stiffness sqrt(1 mm) a sphere,
-  // damped a fifth of critically, with friction (the larger of the two solids' own, or the contact's).
+  // damped a fifth of critically, with friction (roughness.h).
   // Springs of what sticks move on by a step.
   void Add(std::span<const Solid> solids, double time_step, std::span<Wrench> wrenches);
 

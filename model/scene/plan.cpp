@@ -8,6 +8,7 @@
 #include "model/rods/press.h"
 #include "model/rods/solid_contact.h"
 #include "model/rods/start_shape.h"
+#include "model/scene/scene_check.h"
 
 namespace tendril {
 namespace {
@@ -182,13 +183,6 @@ struct Planner {
     for (PlanTerm& term : plan.terms) term = {term.name, false, std::string(without) + "; else: " + term.why};
   }
 
-  double Friction() const {
-    double friction = std::max(scene.contact.friction, scene.contact.static_friction);
-    for (const SceneObject& object : scene.objects)
-      friction = std::max(friction, object.friction.value_or(0));
-    return friction;
-  }
-
   // What contact counts: friction, and how finely along the rods. Between points farther apart than
   // kPointSpacing of the radii's sum a crossing's force changes by more than a fifth as it slides
   // (docs/rods.md, "Contact").
@@ -206,7 +200,7 @@ struct Planner {
                             std::to_string(plan.contact_points) + " points to an element, which is at most " +
                                 ShortNumber(spacing) + " of the radii's sum long"});
     }
-    const double friction = Friction();
+    const double friction = LargestFriction(scene);
     plan.terms.push_back({"friction", friction > 0, "mu = " + ShortNumber(friction)});
   }
 
@@ -345,7 +339,8 @@ struct Planner {
     steps.contact = std::min({steps.contact, StepOfObjects(), StepOfStanding()});
     double sticking = HUGE_VAL;
     for (const Driven& d : rods) {
-      if (!(stiffness > 0 && Friction() > 0) || scene.contact.law != ContactLaw::kHertzSegments) break;
+      if (!(stiffness > 0 && LargestFriction(scene) > 0) || scene.contact.law != ContactLaw::kHertzSegments)
+        break;
       Rod rod = d.rod;
       ApplyRelief(plan.relief, rod);
       sticking = std::min(sticking, kStickingShare / kStandardShare * StickingStep(rod, scene.contact));

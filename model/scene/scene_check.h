@@ -19,4 +19,7 @@ struct SceneConflict {
 // know neither friction nor objects other than fixed ones with round ends.
 std::optional<SceneConflict> ConflictIn(const Scene& scene);
 
+// The largest mu that anything in the scene has; 0: nothing rubs.
+double LargestFriction(const Scene& scene);
+
 }  // namespace tendril

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "model/scene/scene_check.h"
 #include "model/scene/stepper.h"
 
 namespace tendril {
@@ -91,9 +92,7 @@ bool Stepper::Restore(const std::vector<double>& state) {
   for (std::size_t b = 0; b < on_bodies_.size(); ++b) forces.push_back(lists.Next(3));
   const std::vector<double> contact = contacts_ ? lists.Next() : std::vector<double>();
   // The plain form does not keep what sticks.
-  double friction = std::max(scene_.contact.friction, scene_.contact.static_friction);
-  for (const SceneObject& object : scene_.objects) friction = std::max(friction, object.friction.value_or(0));
-  if (!lists.done() || (plan_.plain && friction > 0)) return false;
+  if (!lists.done() || (plan_.plain && LargestFriction(scene_) > 0)) return false;
   if ((contacts_ && !contacts_->Restore(contact)) || !bodies_.Restore(bodies)) return false;
   kicks_ = static_cast<std::int64_t>(head[0]);
   for (std::size_t b = 0; b < batches_.size(); ++b) {

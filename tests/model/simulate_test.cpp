@@ -138,6 +138,32 @@ TEST(Simulate, TouchingRodsInLanesDoAsInThePlainForm) {
   }
 }
 
+// A held rod that lies on a fixed bar: what the bar bears is told, in either form.
+TEST(Simulate, WhatAFixedObjectBearsIsTold) {
+  Scene scene;
+  scene.duration = 0.05;
+  scene.contact.damping = 0.5;
+  SceneRod rod;
+  rod.name = "beam";
+  rod.design.length = 0.4;
+  rod.design.elements = 20;
+  rod.design.base_radius = 0.012;
+  rod.design.direction = Vector3d::UnitX();
+  rod.design.normal = Vector3d::UnitZ();
+  rod.damping = 20;
+  scene.rods = {rod};
+  SceneObject bar;
+  bar.shape = {{PrimitiveKind::kBox, 0, {0.02, 0.1, 0.02}}};
+  bar.pose.translation() = Vector3d(0.3, 0, -0.0319);
+  scene.objects = {bar};
+  SimulationPlan plan = PlanScene(scene).value();
+  const Vector3d fast = Simulate(scene, plan, {0.05}).value().objects.at(0).forces.at(0);
+  plan.plain = true;
+  const Vector3d plain = Simulate(scene, plan, {0.05}).value().objects.at(0).forces.at(0);
+  EXPECT_LT(plain.z(), -0.01);
+  EXPECT_LT((fast - plain).norm(), 1e-7 * plain.norm());
+}
+
 void ExpectSameBytes(const std::vector<CurveSeries>& a, const std::vector<CurveSeries>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t r = 0; r < a.size(); ++r) {

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "model/rods/roughness.h"
 #include "model/scene/bodies.h"
 
 namespace tendril {
@@ -62,6 +63,23 @@ Momenta MomentaOf(const Bodies& bodies, std::size_t count) {
         body.mass * body.position.cross(body.velocity) + body.lab_from_body * body.angular_momentum_in_body;
   }
   return all;
+}
+
+TEST(Roughness, IsASolidsOwnBeforeTheContacts) {
+  Contact contact;
+  contact.friction = 0.3;
+  contact.static_friction = 0.5;
+  Solid plain, ice, rubber;
+  ice.friction = 0.02;
+  rubber.friction = 0.9, rubber.static_friction = 1.1;
+  EXPECT_EQ(RoughnessOf(contact, plain).at_rest, 0.5);
+  EXPECT_EQ(RoughnessOf(contact, ice).at_rest, 0.02);
+  EXPECT_EQ(RoughnessOf(contact, plain, plain).kinetic, 0.3);
+  // On what has none of its own, and the rougher of two that have.
+  EXPECT_EQ(RoughnessOf(contact, ice, plain).at_rest, 0.02);
+  EXPECT_EQ(RoughnessOf(contact, plain, ice).kinetic, 0.02);
+  EXPECT_EQ(RoughnessOf(contact, ice, rubber).kinetic, 0.9);
+  EXPECT_EQ(RoughnessOf(contact, rubber, ice).at_rest, 1.1);
 }
 
 TEST(SolidContact, OfThreeThatMeetKeepsMomentaAndGainsNoEnergy) {
