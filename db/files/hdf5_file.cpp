@@ -136,6 +136,20 @@ std::vector<std::string> GroupNames(hid_t parent) {
   return names;
 }
 
+Result<Handle> OpenToRead(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    return Error{ErrorKind::kNotFound, path.string() + ": no such file"};
+  }
+  if (H5Fis_hdf5(path.c_str()) <= 0) {
+    return Error{ErrorKind::kBadInput, path.string() + ": is not an HDF5 file (empty or truncated?)"};
+  }
+  Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (!file.ok())
+    return Error{ErrorKind::kBadInput, path.string() + ": cannot be opened as HDF5 (truncated?)"};
+  return file;
+}
+
 Result<Array> ReadArray(hid_t parent, const std::string& name) {
   const Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose);
   if (!data.ok()) return Wrong("cannot be opened as a dataset (truncated?)");

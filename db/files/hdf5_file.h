@@ -4,6 +4,7 @@
 
 #include <hdf5.h>
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -48,6 +49,10 @@ class Handle {
   hid_t id_ = -1;
   Close close_ = nullptr;
 };
+
+// A file that is there and is HDF5, to be read; within a Session.
+//   errors  kNotFound no such file; kBadInput not HDF5, or truncated
+Result<Handle> OpenToRead(const std::filesystem::path& path);
 
 // What a dataset holds, row-major.
 struct Array {

@@ -112,17 +112,13 @@ bool WriteObjects(std::int64_t file, std::span<const ObjectSeries> objects, cons
 }
 
 Result<ObjectsOverTime> ReadObjectsOverTime(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    return Error{ErrorKind::kNotFound, path.string() + ": no such file"};
-  }
   const auto wrong = [&](const std::string& what) {
     return Error{ErrorKind::kBadInput, path.string() + ": " + what};
   };
   const hdf5::Session session;
-  if (H5Fis_hdf5(path.c_str()) <= 0) return wrong("is not an HDF5 file (empty or truncated?)");
-  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!file.ok()) return wrong("cannot be opened as HDF5 (truncated?)");
+  const Result<Handle> opened = hdf5::OpenToRead(path);
+  if (!opened.ok()) return opened.error();
+  const Handle& file = opened.value();
   ObjectsOverTime found;
   if (!hdf5::Has(file.get(), "object")) return found;
   const Handle all(H5Gopen2(file.get(), "object", H5P_DEFAULT), H5Gclose);
