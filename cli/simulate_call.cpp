@@ -85,7 +85,6 @@ std::string RunId(const SimulateCall& call, const std::string& scene_text, const
       fmt::format("{} {} {} ", ProgramVersion(), RodKernelWidth(), NameOf(scene.level)) + scene_text;
   if (scene.gripper) all += DesignToml(scene.gripper->design);
   all += fmt::format("{} {}", call.trial, call.full);
-  for (const std::string& setting : call.settings) all += " " + setting;
   all += " " + call.then;
   for (const double time : times) all += fmt::format(" {:.17g}", time);
   return Sha256(all);

@@ -12,6 +12,7 @@
 #include "cli/simulate_report.h"
 #include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
+#include "db/files/toml_edit.h"
 #include "model/scene/holding.h"
 #include "model/scene/simulate.h"
 
@@ -25,7 +26,7 @@ double Since(Clock::time_point begin) { return std::chrono::duration<double>(Clo
 // The scene as it is to be run, and the test of holding that it ends with.
 struct Prepared {
   Scene scene;
-  std::string text;  // the file's
+  std::string text;  // the file's, with --set in it
   std::optional<HoldingPlan> holding;
 };
 
@@ -36,7 +37,10 @@ Result<Prepared> Prepare(const SimulateCall& call) {
   ready.scene = std::move(read).value();
   Result<std::string> text = ReadText(call.scene);
   if (!text.ok()) return text.error();
-  ready.text = std::move(text).value();
+  // What is kept is what is run.
+  Result<std::string> edited = EditedToml(text.value(), call.scene, call.settings);
+  if (!edited.ok()) return edited.error();
+  ready.text = std::move(edited).value();
   if (!call.level.empty()) ready.scene.level = LevelNamed(call.level);
   if (call.then.empty()) return ready;
   HoldingPlan& holding = ready.holding.emplace();

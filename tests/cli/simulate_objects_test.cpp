@@ -140,7 +140,10 @@ TEST(SimulateObjects, ALiftIsJudgedKeptAndCounted) {
   EXPECT_EQ(trial.at("events")[0].at("by_person"), false);
   EXPECT_EQ(show("left").at("grasped"), false);
   EXPECT_EQ(show("soft").at("trusted"), false);
-  EXPECT_THAT(show("left").at("notes"), HasSubstr("object.0.position.2=-0.5"));
+  const json away = show("left");
+  EXPECT_THAT(away.at("notes"), HasSubstr("object.0.position.2=-0.5"));
+  // The scene that is kept is the one that was run.
+  EXPECT_THAT(ReadText(lab + "/trials/" + std::string(away.at("id")) + "/scene.toml"), HasSubstr("hanging"));
   const std::string words = RunProgram({"trials", "show", "soft", "--lab", lab}).out;
   EXPECT_THAT(words, AllOf(HasSubstr("level fast"), HasSubstr("not trusted"), HasSubstr("overlap"),
                            HasSubstr("then lift:")));
