@@ -5,8 +5,6 @@ function(tendril_target name)
                                          -ffp-contract=off)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   if(TENDRIL_SANITIZE)
-    # What sanitizers add makes GCC take values for uninitialized that are not.
-    target_compile_options(${name} PRIVATE -Wno-maybe-uninitialized)
     target_compile_options(${name} PUBLIC -fsanitize=${TENDRIL_SANITIZE} -fno-sanitize-recover=all
                                           -fno-omit-frame-pointer)
     target_link_options(${name} PUBLIC -fsanitize=${TENDRIL_SANITIZE})

@@ -191,8 +191,9 @@ TEST(WriteScenePicture, TellsThePhase) {
 // A gripper that is lifted and turned by a quarter, with a ball on a string, at three times.
 TEST(FilmOf, PutsObjectsCarrierAndPhaseWhereTheRunHasThem) {
   Scene scene;
-  scene.gripper.emplace();
-  scene.gripper->gripper.tentacles = 4;
+  SceneGripper gripper;
+  gripper.gripper.tentacles = 4;
+  scene.gripper = gripper;
   scene.phases = {{.name = "pull", .duration = 1},
                   {.name = "lift", .duration = 1, .move = {0, 0, 0.2}, .turn = 0.5 * std::numbers::pi}};
   SceneObject ball;
