@@ -13,6 +13,7 @@
 #include "model/geometry/rotation.h"
 #include "model/objects/rigid_body.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/rigid_bodies.h"
 
 namespace tendril {
 namespace {
@@ -20,29 +21,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using std::numbers::pi;
+using testing_support::AngleBetween;
+using testing_support::AngularMomentum;
+using testing_support::RandomVector;
+using testing_support::Top;
 
 constexpr double kGravity = 9.80665;
 
 Vector3d Weight(const RigidBody& body) { return {0, 0, -body.mass * kGravity}; }
-
-Vector3d RandomVector(std::mt19937_64& random, double half) {
-  std::uniform_real_distribution<double> uniform(-half, half);
-  return {uniform(random), uniform(random), uniform(random)};
-}
-
-Vector3d AngularMomentum(const RigidBody& body) { return body.lab_from_body * body.angular_momentum_in_body; }
-
-RigidBody Top(const Vector3d& inertia) {
-  RigidBody body;
-  body.inertia = inertia;
-  body.lab_from_body = ExpSo3Quaternion(Vector3d(0.3, -0.5, 0.2));
-  body.angular_momentum_in_body = Vector3d(1.0, 0.2, -0.7);
-  return body;
-}
-
-double AngleBetween(const Quaterniond& a, const Quaterniond& b) {
-  return LogSo3(Quaterniond(a.conjugate() * b)).norm();
-}
 
 double LengthOf(const RigidBody& body, const BodyString& string) {
   return (body.Pose() * string.to_in_body - string.from).norm();

@@ -60,8 +60,10 @@ TEST(ObjectDrag, AFallBeginsWithTheAddedMass) {
 }
 
 TEST(ObjectDrag, AShortCapsuleIsASphere) {
+  const DragPart ball = DragOf({Part(PrimitiveKind::kCapsule, 0.02, {0, 0, 0})}).value().parts[0];
   const DragPart capsule = DragOf({Part(PrimitiveKind::kCapsule, 0.02, {0, 0, 1e-12})}).value().parts[0];
   const DragPart sphere = DragOf({Part(PrimitiveKind::kSphere, 0.02)}).value().parts[0];
+  EXPECT_EQ(ball.area, sphere.area);
   EXPECT_LT((capsule.area - sphere.area).norm(), 1e-9 * sphere.area.norm());
   EXPECT_LT((capsule.added - sphere.added).norm(), 1e-9 * sphere.added.norm());
   EXPECT_LT((capsule.turning - sphere.turning).norm(), 1e-9 * sphere.turning.norm());

@@ -9,31 +9,17 @@
 #include <random>
 
 #include "model/geometry/rotation.h"
+#include "tests/support/rigid_bodies.h"
 
 namespace tendril {
 namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-Vector3d RandomVector(std::mt19937_64& random, double half) {
-  std::uniform_real_distribution<double> uniform(-half, half);
-  return {uniform(random), uniform(random), uniform(random)};
-}
-
-Vector3d AngularMomentum(const RigidBody& body) { return body.lab_from_body * body.angular_momentum_in_body; }
-
-RigidBody Top(const Vector3d& inertia) {
-  RigidBody body;
-  body.inertia = inertia;
-  body.lab_from_body = ExpSo3Quaternion(Vector3d(0.3, -0.5, 0.2));
-  body.angular_momentum_in_body = Vector3d(1.0, 0.2, -0.7);
-  return body;
-}
-
-double AngleBetween(const Quaterniond& a, const Quaterniond& b) {
-  return LogSo3(Quaterniond(a.conjugate() * b)).norm();
-}
+using testing_support::AngleBetween;
+using testing_support::AngularMomentum;
+using testing_support::RandomVector;
+using testing_support::Top;
 
 // Euler's equations and the quaternion's, by RK4.
 RigidBody TurnedByRk4(RigidBody body, double time, int steps) {
