@@ -68,14 +68,10 @@ void Clear(double* to, int eights) {
   for (int i = 0; i < 8 * eights; i += kDoubles) Put(to + i, Real{});
 }
 
-void AddTo(double* to, const double* more, int eights) {
-  for (int i = 0; i < 8 * eights; i += kDoubles) Put(to + i, Get(to + i) + Get(more + i));
-}
-
 }  // namespace
 
 Kernels TENDRIL_CONTACT_KERNELS() {
-  return {&MoveRods, &Measure, &Choose, &TouchByLaw, &PressAll, &PressOnAny, &Clear, &AddTo};
+  return {&MoveRods, &Measure, &Choose, &TouchByLaw, &NarrowPairs, &PressAll, &PressOnAny, &Clear};
 }
 
 }  // namespace tendril::contact_kernel

@@ -84,6 +84,20 @@ struct Sliding {
   double time_step;
 };
 
+// Of chosen pairs those of which a point may come within both radii of the other's axis (press.h) before axes
+// have come nearer to each other by `margin`.
+struct Narrow {
+  int points;
+  double margin;           // m
+  int pairs;               // whole eights
+  const int *one, *other;  // places side by side
+  const double* constants;
+  const double* at;  // nodes side by side
+  // Out.
+  int found;
+  int* slots;  // which of the pairs
+};
+
 struct Press {
   double damping;
   int points;
@@ -145,11 +159,10 @@ struct Kernels {
   void (*measure)(Row&);
   void (*choose)(Row&, bool bodies);
   void (*touch)(Touch&);  // the published laws
+  void (*narrow)(Narrow&);
   void (*press)(Press&);
   void (*press_on_solid)(PressOnSolid&);
-  // Arrays' whole eights.
-  void (*clear)(double* to, int eights);
-  void (*add)(double* to, const double* more, int eights);
+  void (*clear)(double* to, int eights);  // whole eights
 };
 
 Kernels BaseKernels();

@@ -82,6 +82,7 @@ ContactList::ContactList(const Contact& contact, std::span<const Rod> rods, std:
   for (const Solid& solid : solids) PlaceSolid(solid);
   boxes_.resize(strands_.size());
   partners_.resize(strands_.size());
+  near_runs_.reserve(stride_ / kRun);
   for (std::vector<std::size_t>& partners : partners_) partners.reserve(strands_.size());
 }
 
@@ -199,7 +200,9 @@ bool ContactList::Find(double time_step) {
   if (!std::isfinite(moved)) return false;
   ++steps_;
   FollowSolids(time_step);
+  slack_ -= 2 * moved;
   if (left_ || forgotten_) ChoosePairs();
+  if (contact_.law == ContactLaw::kHertzSegments && !(slack_ > 0)) NarrowPairs(moved);
   started_ = true;
   const contact_kernel::Kernels kernels = contact_kernel::KernelsOfThisMachine();
   kernels.clear(forces_.data(), static_cast<int>(forces_.size()) / kRodLanes);
@@ -240,11 +243,11 @@ void ContactList::PressRods(double time_step) {
   press.damping = contact_.damping;
   press.points = contact_.points;
   press.sliding = SlidingOn(RoughnessOf(contact_), time_step);
-  press.pairs = static_cast<int>(rod_pairs_.one.size());
-  press.one = rod_pairs_.one.data();
-  press.other = rod_pairs_.other.data();
-  press.constants = rod_pairs_.constants.data();
-  press.springs = rod_pairs_.springs.data();
+  press.pairs = static_cast<int>(near_.one.size());
+  press.one = near_.one.data();
+  press.other = near_.other.data();
+  press.constants = near_.constants.data();
+  press.springs = near_.springs.data();
   press.at = nodes_.data();
   if (Moves()) press.velocity = velocities_.data(), press.spin = spins_.data();
   press.force = forces_.data();
@@ -266,9 +269,14 @@ void ContactList::AddForces(std::size_t rod, double* forces, std::size_t stride)
   }
 }
 
-void ContactList::AddLaneForces(std::span<const std::size_t> rods, double* forces) const {
+std::span<double> ContactList::LaneForces(std::span<const std::size_t> rods) {
   const Eight& eight = EightOf(rods);
-  contact_kernel::KernelsOfThisMachine().add(forces, forces_.data() + eight.lane, 3 * (eight.elements + 1));
+  return {forces_.data() + eight.lane, static_cast<std::size_t>(kNode * (eight.elements + 1))};
+}
+
+std::span<double> ContactList::LaneCouples(std::span<const std::size_t> rods) {
+  const Eight& eight = EightOf(rods);
+  return {couples_.data() + eight.lane, static_cast<std::size_t>(kNode * eight.elements)};
 }
 
 void ContactList::AddCouples(std::size_t rod, double* couples, std::size_t stride) const {
@@ -277,11 +285,6 @@ void ContactList::AddCouples(std::size_t rod, double* couples, std::size_t strid
   for (int i = 0; i < 3 * strand.elements; ++i, from += kRodLanes) {
     couples[static_cast<std::size_t>(i) * stride] += couples_[from];
   }
-}
-
-void ContactList::AddLaneCouples(std::span<const std::size_t> rods, double* couples) const {
-  const Eight& eight = EightOf(rods);
-  contact_kernel::KernelsOfThisMachine().add(couples, couples_.data() + eight.lane, 3 * eight.elements);
 }
 
 std::vector<double> ContactList::Save() const {
@@ -301,7 +304,7 @@ std::vector<double> ContactList::Save() const {
     }
   }
   for (const Placed& placed : solids_) saved.insert(saved.end(), {placed.gap, placed.longest_step});
-  rod_pairs_.SaveSprings(saved);
+  near_.SaveSprings(saved);
   for (const Part& part : parts_) part.slots.SaveSprings(saved);
   return saved;
 }
@@ -338,7 +341,7 @@ bool ContactList::Restore(std::span<const double> saved) {
     placed.longest_step = saved[from++];
   }
   TENDRIL_CHECK(from == springs);
-  from += rod_pairs_.RestoreSprings(saved.data() + from);
+  from += near_.RestoreSprings(saved.data() + from);
   for (Part& part : parts_) from += part.slots.RestoreSprings(saved.data() + from);
   ForgetList();
   return true;

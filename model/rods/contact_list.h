@@ -1,13 +1,14 @@
 #pragma once
-// The loads of contact_plain.h, fast, in three stages (docs/rods.md, "Contact, fast"):
+// The loads of contact_plain.h, fast, in four stages (docs/rods.md, "Contact, fast"):
 //
 //   neighbours  elements near each other, within a wide margin; remade rarely
 //   pairs       neighbours that may press on each other before a node has gone as far as it is allowed to;
 //   chosen
 //               anew when one has, some tens of steps later
-//   forces      of these pairs, eight at a time in vector registers, at every step
+//   narrowed    pairs of which this holds for a few steps only
+//   forces      of these, eight at a time in vector registers, at every step
 //
-// Both lists hold more than what touches, never less, so forces do not depend on when they were made, but for
+// All lists hold more than what touches, never less, so forces do not depend on when they were made, but for
 // rounding.
 
 #include <Eigen/Core>
@@ -55,8 +56,10 @@ class ContactList {
   // Adds a rod's forces, N, and couples, lab, N m; laid out as above.
   void AddForces(std::size_t rod, double* forces, std::size_t stride) const;
   void AddCouples(std::size_t rod, double* couples, std::size_t stride) const;
-  void AddLaneForces(std::span<const std::size_t> rods, double* forces) const;
-  void AddLaneCouples(std::span<const std::size_t> rods, double* couples) const;
+  // Side by side as PutLanes takes them: where each Find leaves its forces, and couples where Moves(), and what
+  // may be added to in between.
+  std::span<double> LaneForces(std::span<const std::size_t> rods);
+  std::span<double> LaneCouples(std::span<const std::size_t> rods);
   Wrench OnSolid(std::size_t solid) const { return solids_[solid].wrench; }
 
   // The next Find makes both lists from nothing: what it and those after it find depends, to the bit, on
@@ -91,6 +94,8 @@ class ContactList {
   // between; but, as a share of the thinnest radius, not so far that many pairs are looked at in vain. The
   // same for how much an edge may change, and for solids.
   static constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
+  // For how many steps pairs are narrowed.
+  static constexpr double kStepsNarrowed = 4;
 
   // A rod or body; in a row from `place` on, side by side with others from `lane` on (contact_kernel.h).
   struct Strand {
@@ -138,6 +143,7 @@ class ContactList {
   void ChoosePairs();
   void LayInARow();
   void FindPairs(contact_kernel::Row& row, bool bodies, ContactSlots& slots);
+  void NarrowPairs(double moved);
   void PutConstants(ContactSlots& slots) const;
   void PutPressConstants(ContactSlots& slots) const;
   void PlaceSolid(const Solid& solid);
@@ -152,7 +158,8 @@ class ContactList {
   void TouchAsPublished();
   void MakeNeighbours();
   void FindPartners();
-  void AddRuns(int element, int from, int to);
+  void FindRuns(int first, int end, const Strand& other);
+  void AddRuns(int element, std::span<const int> runs, int from);
 
   Contact contact_;
   ContactPairs pairs_;
@@ -172,7 +179,9 @@ class ContactList {
   std::size_t rod_elements_ = 0;  // entries of element_ that are no bodies
   // Pairs, in whole eights (contact_kernel.h).
   std::vector<int> found_one_, found_other_;
-  ContactSlots rod_pairs_, body_pairs_, old_;
+  ContactSlots rod_pairs_, body_pairs_, near_, old_;  // `near_` of the rods' are narrowed, and keep springs
+  std::vector<int> narrowed_;                         // slots of rod_pairs_
+  double slack_ = 0;  // by which others than near_ may still come nearer, m
   // Solids, and their parts in the order of solids.
   struct Placed {
     Solid solid;
@@ -199,6 +208,7 @@ class ContactList {
     Eigen::Vector3d low, high;
   };
   std::vector<double> run_x_, run_y_, run_z_, run_reach_;
+  std::vector<int> near_runs_;
   std::vector<Box> boxes_;
   std::vector<std::size_t> order_;
   std::vector<std::vector<std::size_t>> partners_;

@@ -17,7 +17,7 @@ constexpr double kNothing = std::numeric_limits<double>::infinity();
 
 // Beyond this an element's reach may grow until neighbours are sought anew, as a share of the thinnest
 // radius.
-constexpr double kMargin = 0.15;
+constexpr double kMargin = 0.3;
 
 }  // namespace
 
@@ -112,9 +112,8 @@ void ContactList::ChoosePairs() {
   found_other_.resize(found_one_.size());
   row.one = found_one_.data(), row.other = found_other_.data();
   row.to = static_cast<int>(rod_elements_);
-  std::swap(old_, rod_pairs_);
   FindPairs(row, false, rod_pairs_);
-  if (Moves()) rod_pairs_.TakeSprings(old_);
+  slack_ = 0;
   row.from = row.to, row.to = static_cast<int>(element_.size());
   FindPairs(row, true, body_pairs_);
   // What was not chosen is farther apart than the radii.
@@ -149,6 +148,33 @@ double* ConstantsOf(ContactSlots& slots, int count, std::size_t slot) {
 }
 
 }  // namespace
+
+// For some steps like the last; pairs that are left out lose their springs, as what does not touch does.
+void ContactList::NarrowPairs(double moved) {
+  slack_ = std::clamp(2 * kStepsNarrowed * moved, kLeastAllowed * thinnest_, kMostAllowed * thinnest_);
+  // As many as there may ever be of the pairs, so that nothing is allocated later.
+  const std::size_t most = rod_pairs_.one.capacity();
+  narrowed_.resize(most);
+  contact_kernel::Narrow narrow{};
+  narrow.points = contact_.points;
+  narrow.margin = slack_;
+  narrow.pairs = static_cast<int>(rod_pairs_.one.size());
+  narrow.one = rod_pairs_.one.data();
+  narrow.other = rod_pairs_.other.data();
+  narrow.constants = rod_pairs_.constants.data();
+  narrow.at = nodes_.data();
+  narrow.slots = narrowed_.data();
+  contact_kernel::KernelsOfThisMachine().narrow(narrow);
+  std::swap(old_, near_);
+  near_.Reserve(most, contact_kernel::kPressConstants);
+  near_.TakePairs(rod_pairs_, {narrowed_.data(), static_cast<std::size_t>(narrow.found)},
+                  contact_kernel::kPressConstants);
+  for (int p = narrow.found; p % kRun != 0; ++p) {
+    ConstantsOf(near_, contact_kernel::kPressConstants, static_cast<std::size_t>(p))[kRun * contact_kernel::kRadii] =
+        std::numeric_limits<double>::quiet_NaN();
+  }
+  if (Moves()) near_.TakeSprings(old_);
+}
 
 void ContactList::PutConstants(ContactSlots& slots) const {
   using namespace contact_kernel;
@@ -187,32 +213,40 @@ void ContactList::PutPressConstants(ContactSlots& slots) const {
   }
 }
 
-// Runs of eight elements of places [from, to) of which one at least may come to touch.
-void ContactList::AddRuns(int element, int from, int to) {
+// Runs of a rod of which something may come to touch elements [first, end), a run themselves; appended.
+void ContactList::FindRuns(int first, int end, const Strand& other) {
+  const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *reach = At(kOldReach);
+  const int middle = (first + end) / 2;
+  double ours = 0;
+  for (int i = first; i < end; ++i) {
+    const double dx = x[i] - x[middle], dy = y[i] - y[middle], dz = z[i] - z[middle];
+    ours = std::max(ours, std::sqrt(dx * dx + dy * dy + dz * dz) + reach[i]);
+  }
+  for (int j = other.place; j < other.place + other.elements; j += kRun) {
+    const auto run = static_cast<std::size_t>(j / kRun);
+    const double dx = run_x_[run] - x[middle], dy = run_y_[run] - y[middle], dz = run_z_[run] - z[middle];
+    const double together = ours + run_reach_[run];
+    if (dx * dx + dy * dy + dz * dz < together * together) near_runs_.push_back(j);
+  }
+}
+
+// Eight elements each of these runs, not before `from`, of which one at least may come to touch: they start
+// where something is near, so that fewer reach what is not. (Padding is near nothing.)
+void ContactList::AddRuns(int element, std::span<const int> runs, int from) {
   const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *others = At(kOldReach);
   const double cx = x[element], cy = y[element], cz = z[element], reach = others[element];
-  const auto near = [&](int j) {
-    const double dx = x[j] - cx, dy = y[j] - cy, dz = z[j] - cz, together = reach + others[j];
-    return dx * dx + dy * dy + dz * dz < together * together;
-  };
-  int j = from;
-  while (j < to) {
-    if (j % kRun == 0) {
-      const auto run = static_cast<std::size_t>(j / kRun);
-      const double dx = run_x_[run] - cx, dy = run_y_[run] - cy, dz = run_z_[run] - cz;
-      const double together = reach + run_reach_[run];
-      if (!(dx * dx + dy * dy + dz * dz < together * together)) {
-        j += kRun;
-        continue;
-      }
+  for (const int start : runs) {
+    const auto run = static_cast<std::size_t>(start / kRun);
+    const double dx = run_x_[run] - cx, dy = run_y_[run] - cy, dz = run_z_[run] - cz;
+    const double together = reach + run_reach_[run];
+    if (!(dx * dx + dy * dy + dz * dz < together * together)) continue;
+    for (int j = std::max(start, from); j < start + kRun; ++j) {
+      const double ex = x[j] - cx, ey = y[j] - cy, ez = z[j] - cz, both = reach + others[j];
+      if (!(ex * ex + ey * ey + ez * ez < both * both)) continue;
+      runs_.push_back(j);
+      from = j + kRun;
+      break;
     }
-    if (!near(j)) {
-      ++j;
-      continue;
-    }
-    // Runs start where something is near, so that fewer reach what is not.
-    runs_.push_back(j);
-    j += kRun;
   }
 }
 
@@ -282,18 +316,28 @@ void ContactList::MakeNeighbours() {
   for (std::size_t a = 0; a < strands_.size(); ++a) {
     const Strand& strand = strands_[a];
     if (a == rods_) rod_elements_ = element_.size();
-    for (int i = 0; i < strand.elements; ++i) {
-      const std::size_t before = runs_.size();
-      for (const std::size_t b : partners_[a]) {
-        AddRuns(strand.place + i, strands_[b].place, strands_[b].place + strands_[b].elements);
+    const bool self = a < rods_ && pairs_.selves;
+    for (int first = 0; first < strand.elements; first += kRun) {
+      const int end = std::min(first + kRun, strand.elements);
+      const auto find = [&](const Strand& other) {
+        FindRuns(strand.place + first, strand.place + end, other);
+      };
+      near_runs_.clear();
+      for (const std::size_t b : partners_[a]) find(strands_[b]);
+      const std::size_t others = near_runs_.size();
+      if (self) find(strand);
+      const std::span<const int> all(near_runs_);
+      for (int i = first; i < end && !all.empty(); ++i) {
+        const std::size_t before = runs_.size();
+        AddRuns(strand.place + i, all.first(others), 0);
+        if (self) {
+          AddRuns(strand.place + i, all.subspan(others),
+                  strand.place + strand.may_touch[static_cast<std::size_t>(i)]);
+        }
+        if (runs_.size() == before) continue;
+        element_.push_back(strand.place + i);
+        first_.push_back(static_cast<int>(before));
       }
-      if (a < rods_ && pairs_.selves) {
-        AddRuns(strand.place + i, strand.place + strand.may_touch[static_cast<std::size_t>(i)],
-                strand.place + strand.elements);
-      }
-      if (runs_.size() == before) continue;
-      element_.push_back(strand.place + i);
-      first_.push_back(static_cast<int>(before));
     }
   }
   if (strands_.size() == rods_) rod_elements_ = element_.size();

@@ -99,9 +99,10 @@ struct PressSums {
 };
 
 // Half of the energy: points of `one` against the whole of `other` (press.cpp).
-template <bool kMoves>
-TENDRIL_INLINE void PressHalf(int points, Real radii, Real weight, Side& one, Side& other, PressSums& sums) {
+template <bool kMoves, int kPoints>
+TENDRIL_INLINE void PressHalf(int some, Real radii, Real weight, Side& one, Side& other, PressSums& sums) {
   const Real none = Real{};
+  const int points = kPoints > 0 ? kPoints : some;
   for (int k = 0; k < points; ++k) {
     const Real at = All((k + 0.5) / points);
     const Vector between = Sub(PlusTimes(one.it.start, at, one.it.edge), other.it.start);
@@ -140,7 +141,33 @@ TENDRIL_INLINE void PressHalf(int points, Real radii, Real weight, Side& one, Si
   }
 }
 
-template <bool kMoves>
+// From a point to an axis.
+TENDRIL_INLINE Real SquareTo(const Vector& point, const Segment& axis) {
+  const Vector between = Sub(point, axis.start);
+  const Vector apart = PlusTimes(between, -Clamped(Dot(between, axis.edge) * axis.inverse_square), axis.edge);
+  return Dot(apart, apart);
+}
+
+void NarrowPairs(Narrow& job) {
+  job.found = 0;
+  for (int p = 0; p < job.pairs; p += kDoubles) {
+    const Segment a = SegmentOf(job.at, job.one + p), b = SegmentOf(job.at, job.other + p);
+    // Padding's radii are NaN.
+    const Real reach = Get(job.constants + p / 8 * (8 * kPressConstants) + p % 8 + 8 * kRadii) + job.margin;
+    Real least = All(__builtin_inf());
+    for (int k = 0; k < job.points; ++k) {
+      const Real at = All((k + 0.5) / job.points);
+      least = Smaller(SquareTo(PlusTimes(a.start, at, a.edge), b), least);
+      least = Smaller(SquareTo(PlusTimes(b.start, at, b.edge), a), least);
+    }
+    for (unsigned bits = Bits(least < reach * reach); bits != 0; bits &= bits - 1) {
+      job.slots[job.found++] = p + __builtin_ctz(bits);
+    }
+  }
+}
+
+//   kPoints  as many to an element; 0: as the job says
+template <bool kMoves, int kPoints>
 void PressPairs(Press& job) {
   const Real none = Real{}, one = All(1);
   Real least_square = All(job.least_square), least_share = All(job.least_share_square);
@@ -153,8 +180,8 @@ void PressPairs(Press& job) {
     Side a = SideOf(job.at, ones), b = SideOf(job.at, others);
     const Real radii = constant(kRadii);
     PressSums sums{Mask{}, none, none, All(__builtin_inf())};
-    PressHalf<kMoves>(job.points, radii, constant(kOneWeight), a, b, sums);
-    PressHalf<kMoves>(job.points, radii, constant(kOtherWeight), b, a, sums);
+    PressHalf<kMoves, kPoints>(job.points, radii, constant(kOneWeight), a, b, sums);
+    PressHalf<kMoves, kPoints>(job.points, radii, constant(kOtherWeight), b, a, sums);
     const Mask touches = sums.touches;
     if (!Any(touches)) {
       if (kMoves) {
@@ -216,7 +243,11 @@ void PressPairs(Press& job) {
   }
 }
 
-void PressAll(Press& job) { job.velocity != nullptr ? PressPairs<true>(job) : PressPairs<false>(job); }
+template <bool kMoves>
+void PressWith(Press& job) {
+  job.points == 1 ? PressPairs<kMoves, 1>(job) : PressPairs<kMoves, 0>(job);
+}
+void PressAll(Press& job) { job.velocity != nullptr ? PressWith<true>(job) : PressWith<false>(job); }
 
 }  // namespace
 }  // namespace tendril::contact_kernel

@@ -2,7 +2,9 @@
 // Chosen pairs, or elements on a part of a solid, in whole eights, with the springs of what sticks. Used by
 // contact_list.h.
 
+#include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "model/rods/contact_kernel.h"
@@ -26,6 +28,27 @@ struct ContactSlots {
   }
   double* SpringAt(std::size_t slot) { return springs.data() + PlaceOfSpring(slot); }
   const double* SpringAt(std::size_t slot) const { return springs.data() + PlaceOfSpring(slot); }
+
+  void Reserve(std::size_t pairs, int count) {
+    for (std::vector<int>* all : {&one_place, &other_place, &one, &other}) all->reserve(pairs);
+    constants.reserve(pairs * static_cast<std::size_t>(count));
+    springs.reserve(pairs * contact_kernel::kSpring);
+  }
+  // Some of the pairs of another choice, with their constants; the last again fills the last eight up.
+  void TakePairs(const ContactSlots& from, std::span<const int> slots, int count) {
+    const std::size_t size = (slots.size() + 7) / 8 * 8, rows = static_cast<std::size_t>(count);
+    found = static_cast<int>(slots.size());
+    for (std::vector<int>* all : {&one_place, &other_place, &one, &other}) all->resize(size);
+    constants.resize(size * rows);
+    for (std::size_t p = 0; p < size; ++p) {
+      const auto slot = static_cast<std::size_t>(slots[std::min(p, slots.size() - 1)]);
+      one_place[p] = from.one_place[slot], other_place[p] = from.other_place[slot];
+      one[p] = from.one[slot], other[p] = from.other[slot];
+      const double* const old = from.constants.data() + slot / 8 * (8 * rows) + slot % 8;
+      double* const to = constants.data() + p / 8 * (8 * rows) + p % 8;
+      for (std::size_t row = 0; row < rows; ++row) to[8 * row] = old[8 * row];
+    }
+  }
 
   // Springs of another choice of the same elements, where they are here too; else none.
   void TakeSprings(const ContactSlots& from) {

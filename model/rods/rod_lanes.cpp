@@ -67,7 +67,7 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
   at.spin = room(3 * n);
   at.force = room(3 * (n + 1));
   at.inverse_mass = room(n + 1);
-  at.rest_length = room(2 * n);
+  at.rest_length = room(3 * n);
   at.shear = room(2 * n);
   at.inertia = room(4 * n);
   at.bend = room(2 * (n - 1));
@@ -117,8 +117,9 @@ Result<LaneRods<S>> LaneRods<S>::Make(std::span<const Rod> rods, RodForm form) {
       put(at.turn, 4 * i + 2, q.y());
       put(at.turn, 4 * i + 3, q.z());
       put3(at.spin, i, rod.spin.col(e));
-      put(at.rest_length, 2 * i, rod.rest_length[e]);
-      put(at.rest_length, 2 * i + 1, 1 / rod.rest_length[e]);
+      put(at.rest_length, 3 * i, rod.rest_length[e]);
+      put(at.rest_length, 3 * i + 1, 1 / rod.rest_length[e]);
+      if (i > 0) put(at.rest_length, 3 * i + 2, 2 / (rod.rest_length[e - 1] + rod.rest_length[e]));
       put(at.shear, 2 * i, rod.shear_stiffness(0, e));
       put(at.shear, 2 * i + 1, rod.shear_stiffness(2, e));
       put(at.inertia, 4 * i, rod.inertia(0, e));
@@ -195,6 +196,15 @@ void LaneRods<S>::UseCouples(bool use) {
 }
 
 template <class S>
+void LaneRods<S>::ShareLoads(std::span<S> forces, std::span<S> couples) {
+  TENDRIL_CHECK(forces.size() == static_cast<size_t>(3 * (elements_ + 1)) * kRodLanes);
+  TENDRIL_CHECK(couples.empty() || couples.size() == static_cast<size_t>(3 * elements_) * kRodLanes);
+  shares_ = true;
+  shared_forces_ = forces;
+  shared_couples_ = couples;
+}
+
+template <class S>
 void LaneRods<S>::SetMedium(const Medium& medium, std::span<const Rod> rods, std::span<const Wetted> wetted) {
   TENDRIL_CHECK(rods.size() == static_cast<size_t>(rods_) && wetted.size() == rods.size());
   flow_ = medium.flow;
@@ -233,8 +243,8 @@ void LaneRods<S>::Kick(const PlainOptions& options, bool with_forces) {
   TENDRIL_CHECK(options.form == form_);
   rod_kernel::Job<S> job = MakeJob();
   for (int k = 0; k < 3; ++k) job.gravity[k] = static_cast<S>(options.gravity[k]);
-  if (with_forces) job.force = memory_.data() + at_.force;
-  if (with_forces && !couples_.empty()) job.couple = couples_.data();
+  if (with_forces) job.force = forces().data();
+  if (with_forces && !couples().empty()) job.couple = couples().data();
   if (!medium_.empty()) job.medium = medium_.data();
   for (int k = 0; k < 3; ++k) job.flow[k] = static_cast<S>(flow_[k]);
   for (size_t lane = 0; lane < kRodLanes; ++lane) {
@@ -256,8 +266,8 @@ int LaneRods<S>::Advance(int steps, double time, const PlainOptions& options, co
   int made = 0;
   while (true) {
     if (middle) {
-      std::fill_n(memory_.data() + at_.force, forces().size(), S(0));
-      std::fill(couples_.begin(), couples_.end(), S(0));
+      std::ranges::fill(forces(), S(0));
+      std::ranges::fill(couples(), S(0));
       middle(time + (made + 0.5) * dt, *this);
     }
     Kick(options, static_cast<bool>(middle));

@@ -56,6 +56,8 @@ class LaneRods {
   void Kick(const PlainOptions& options) { Kick(options, true); }
   // Whether there are couples(); without them a kick does not pay for them.
   void UseCouples(bool use);
+  // From now on forces() and couples() (empty: there are none) are these, which the caller keeps.
+  void ShareLoads(std::span<S> forces, std::span<S> couples);
   // From now on the rods, those that the batch was made from, move in a medium, each wetted in its own way;
   // of density 0: in vacuum. What PlainOptions say of a medium does not count here.
   void SetMedium(const Medium& medium, std::span<const Rod> rods, std::span<const Wetted> wetted);
@@ -81,10 +83,10 @@ class LaneRods {
   std::span<S> memory() { return memory_; }
   std::span<S> positions() { return Part(at_.position, 3 * (elements_ + 1)); }
   std::span<S> velocities() { return Part(at_.velocity, 3 * (elements_ + 1)); }
-  std::span<S> forces() { return Part(at_.force, 3 * (elements_ + 1)); }
+  std::span<S> forces() { return shares_ ? shared_forces_ : Part(at_.force, 3 * (elements_ + 1)); }
   // On elements from outside, along the lab's axes, N m: [element][component][8 rods]; none without
   // UseCouples.
-  std::span<S> couples() { return couples_; }
+  std::span<S> couples() { return shares_ ? shared_couples_ : std::span<S>(couples_); }
   std::span<S> rest_strains() { return Part(at_.rest_strain, 3 * elements_); }
   std::span<S> tip_couples() { return Part(at_.tip_couple, 3); }
   std::span<S> rest_curvatures() { return Part(at_.rest_curvature, 3 * (elements_ - 1)); }
@@ -107,6 +109,8 @@ class LaneRods {
   Places at_{};
   std::vector<S> memory_;
   std::vector<S> couples_;
+  bool shares_ = false;  // ShareLoads
+  std::span<S> shared_forces_, shared_couples_;
   std::vector<S> medium_;  // WettedNodes [node][4][8 rods]; empty: vacuum
   Eigen::Vector3d flow_ = Eigen::Vector3d::Zero();
   std::vector<double> damping_;  // of each rod; empty: the options'

@@ -17,7 +17,7 @@ struct Job {
   const S* force;           // 3, nodes; null: none
   const S* couple;          // 3, elements, along the lab's axes; null: none
   const S* inverse_mass;    // nodes
-  const S* rest_length;     // l and 1 / l, elements
+  const S* rest_length;     // elements: l, 1 / l, and 2 over the sum of l and that of the element before
   const S* shear;           // along d1 and d2; along d3
   const S* inertia;         // about d1 and d2, about d3, and their inverses
   const S* bend;            // about d1 and d2, about d3; inner nodes

@@ -56,8 +56,11 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
     if (published) bodies.push_back(object.body);
   }
   contacts_.emplace(contact, shapes, bodies, published ? std::vector<Solid>() : bodies_.solids(), pairs);
-  if (!contacts_->Moves()) return;
-  for (Batch& batch : batches_) batch.lanes->UseCouples(true);
+  for (Batch& batch : batches_) {
+    batch.lanes->ShareLoads(contacts_->LaneForces(batch.members), contacts_->Moves()
+                                                                      ? contacts_->LaneCouples(batch.members)
+                                                                      : std::span<double>());
+  }
 }
 
 std::optional<Divergence> Stepper::AdvanceTo(std::int64_t kicks) {
@@ -256,7 +259,6 @@ void Stepper::DriveEnds(Batch& batch, std::size_t lane, const Driven& d, const D
       lanes.positions()[(last + k) * kRodLanes + lane] = state.tip_position[row];
       lanes.velocities()[(last + k) * kRodLanes + lane] = state.tip_velocity[row];
     }
-    lanes.forces()[(last + k) * kRodLanes + lane] = d.tip_force[row];
   }
   const bool carried = d.carrier != nullptr && d.carrier->turns();
   const bool base_turns = carried || (d.plain != nullptr && d.plain->base_motion.until > 0);
@@ -265,11 +267,10 @@ void Stepper::DriveEnds(Batch& batch, std::size_t lane, const Driven& d, const D
   if (tip && tip_turns) lanes.SetEndFrame(1, lane, d.rod.tip.hold, state.tip_frame);
 }
 
-// Rest curvature, held ends and loads of that moment; forces are as good as new.
+// Rest curvature and held ends of that moment.
 void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time) {
   LaneRods<double>& lanes = *batch.lanes;
-  const std::span<double> forces = lanes.forces(), curvature = lanes.rest_curvatures();
-  std::fill(forces.begin(), forces.end(), 0.0);
+  const std::span<double> curvature = lanes.rest_curvatures();
   bool changed = !batch.driven_once;
   for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
     const Driven& d = rods_[batch.members[lane]];
@@ -322,7 +323,18 @@ void Stepper::DriveBatch(Batch& batch, const CarrierGrowth& growth, double time)
   }
 }
 
-void Stepper::AddContact() {
+// To what is found of contact, if there is any.
+void Stepper::AddTipForces(Batch& batch) const {
+  const std::span<double> forces = batch.lanes->forces();
+  if (!contacts_) std::ranges::fill(forces, 0.0);
+  for (std::size_t lane = 0; lane < batch.members.size(); ++lane) {
+    const Vector3d& force = rods_[batch.members[lane]].tip_force;
+    double* const tip = forces.data() + forces.size() - 3 * kRodLanes + lane;
+    for (std::size_t k = 0; k < 3; ++k) tip[k * kRodLanes] += force[static_cast<Index>(k)];
+  }
+}
+
+void Stepper::FindContact() {
   for (Batch& batch : batches_) {
     contacts_->PutLanes(batch.members, batch.lanes->positions().data(), batch.lanes->velocities().data());
     if (contacts_->Moves()) batch.lanes->LabSpins(contacts_->LaneSpins(batch.members));
@@ -333,7 +345,7 @@ void Stepper::AddContact() {
     contacts_->PutSolid(s, solids[s].pose, solids[s].velocity, solids[s].spin);
   }
   // Positions that are not finite are found by the rods themselves, in the kick that follows.
-  contact_found_ = contacts_->Find(options_.time_step);
+  contacts_->Find(options_.time_step);
   for (std::size_t s = 0; !published && s < solids.size(); ++s) {
     on_bodies_[s] = contacts_->OnSolid(s);
   }
@@ -356,14 +368,9 @@ std::optional<Divergence> Stepper::StepLanes() {
   const CarrierGrowth growth = CarrierGrowthAt(scene_, rods_, middle);
   Eject(middle);
   ForEachBatch([&](Batch& batch) { DriveBatch(batch, growth, middle); });
-  if (contacts_) AddContact();
+  if (contacts_) FindContact();
   ForEachBatch([&](Batch& batch) {
-    if (contact_found_) contacts_->AddLaneForces(batch.members, batch.lanes->forces().data());
-    if (contact_found_ && contacts_->Moves()) {
-      const std::span<double> couples = batch.lanes->couples();
-      std::fill(couples.begin(), couples.end(), 0.0);
-      contacts_->AddLaneCouples(batch.members, couples.data());
-    }
+    AddTipForces(batch);
     batch.lanes->Kick(options_);
     batch.lanes->Drift(step);
   });

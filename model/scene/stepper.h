@@ -80,7 +80,8 @@ class Stepper {
   void DriveEnds(Batch& batch, std::size_t lane, const Driven& driven, const DriveState& state);
   Wetted WettedOf(std::size_t rod) const;
   void Eject(double middle);
-  void AddContact();
+  void AddTipForces(Batch& batch) const;
+  void FindContact();
   void AddPublished(const std::vector<Rod>& rods, std::vector<RodLoads>& loads) const;
   template <class Work>
   void ForEachBatch(const Work& work);
@@ -93,7 +94,6 @@ class Stepper {
   std::vector<Batch> batches_;
   std::unique_ptr<Crew> crew_;  // null: the caller alone
   std::optional<ContactList> contacts_;
-  bool contact_found_ = false;  // in this step
   std::optional<PlainContact> plain_contact_;
   Bodies bodies_;
   std::vector<Wrench> on_bodies_;

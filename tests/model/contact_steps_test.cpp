@@ -341,9 +341,7 @@ TEST(ContactSteps, RodsSideBySideFindTheSameToTheBit) {
     }
     ASSERT_TRUE(one_by_one.Find(kStep));
     ASSERT_TRUE(lanes.Find(kStep));
-    std::vector<double> forces(positions.size(), 0.0), couples(spins.size(), 0.0);
-    lanes.AddLaneForces(members, forces.data());
-    lanes.AddLaneCouples(members, couples.data());
+    const std::span<const double> forces = lanes.LaneForces(members), couples = lanes.LaneCouples(members);
     const Found expected = In(one_by_one, scene.rods);
     ASSERT_GT(Largest(expected.couples), 0);
     for (std::size_t r = 0; r < 3; ++r) {
