@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 // Of the stable step: what coiling, contact and stretching take of it is measured (docs/rods.md, "Step").
-constexpr double kStandardShare = 0.7, kFastShare = 0.85;
+constexpr double kStandardShare = 0.8, kFastShare = 0.85;
 // What sticks is reckoned with the bending waves, and from below.
 constexpr double kStickingShare = 0.95;
 constexpr double kPaperStep = 2e-5;
