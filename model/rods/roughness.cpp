@@ -14,8 +14,6 @@ Roughness RoughnessOf(const Contact& contact, const Solid& solid) {
 }
 
 Roughness RoughnessOf(const Contact& contact, const Solid& a, const Solid& b) {
-  if (a.friction < 0) return RoughnessOf(contact, b);
-  if (b.friction < 0) return RoughnessOf(contact, a);
   const Roughness of_a = RoughnessOf(contact, a), of_b = RoughnessOf(contact, b);
   return {std::max(of_a.kinetic, of_b.kinetic), std::max(of_a.at_rest, of_b.at_rest)};
 }

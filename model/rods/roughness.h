@@ -14,7 +14,7 @@ struct Roughness {
 Roughness RoughnessOf(const Contact& contact);
 // Of a rod on a solid: the solid's own, or where it has none the contact's.
 Roughness RoughnessOf(const Contact& contact, const Solid& solid);
-// Of two solids: the larger of what they have of their own, or where neither has any the contact's.
+// Of two solids: that of the rougher.
 Roughness RoughnessOf(const Contact& contact, const Solid& a, const Solid& b);
 
 }  // namespace tendril

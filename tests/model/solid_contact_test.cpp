@@ -75,9 +75,9 @@ TEST(Roughness, IsASolidsOwnBeforeTheContacts) {
   EXPECT_EQ(RoughnessOf(contact, plain).at_rest, 0.5);
   EXPECT_EQ(RoughnessOf(contact, ice).at_rest, 0.02);
   EXPECT_EQ(RoughnessOf(contact, plain, plain).kinetic, 0.3);
-  // On what has none of its own, and the rougher of two that have.
-  EXPECT_EQ(RoughnessOf(contact, ice, plain).at_rest, 0.02);
-  EXPECT_EQ(RoughnessOf(contact, plain, ice).kinetic, 0.02);
+  // Of two the rougher counts.
+  EXPECT_EQ(RoughnessOf(contact, ice, plain).at_rest, 0.5);
+  EXPECT_EQ(RoughnessOf(contact, plain, ice).kinetic, 0.3);
   EXPECT_EQ(RoughnessOf(contact, ice, rubber).kinetic, 0.9);
   EXPECT_EQ(RoughnessOf(contact, rubber, ice).at_rest, 1.1);
 }
