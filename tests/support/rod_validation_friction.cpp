@@ -179,6 +179,7 @@ std::vector<Figure> StickSlipFigures(bool /*quick*/) {
     swing += (most - least) / leaps;
   }
   const double stiffness = rate / speed;
+  TENDRIL_CHECK(stiffness > 0);  // else it was not pushed
   const double weight = block.mass * scene.gravity.norm();
   const double omega = std::sqrt(stiffness / block.mass);
   const double drop = (scene.contact.static_friction - scene.contact.friction) * weight / stiffness;
