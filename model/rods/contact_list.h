@@ -56,8 +56,8 @@ class ContactList {
   // Adds a rod's forces, N, and couples, lab, N m; laid out as above.
   void AddForces(std::size_t rod, double* forces, std::size_t stride) const;
   void AddCouples(std::size_t rod, double* couples, std::size_t stride) const;
-  // Side by side as PutLanes takes them: where each Find leaves its forces, and couples where Moves(), and what
-  // may be added to in between.
+  // Side by side as PutLanes takes them: where each Find leaves its forces, and couples where Moves(), and
+  // what may be added to in between.
   std::span<double> LaneForces(std::span<const std::size_t> rods);
   std::span<double> LaneCouples(std::span<const std::size_t> rods);
   Wrench OnSolid(std::size_t solid) const { return solids_[solid].wrench; }
@@ -181,7 +181,7 @@ class ContactList {
   std::vector<int> found_one_, found_other_;
   ContactSlots rod_pairs_, body_pairs_, near_, old_;  // `near_` of the rods' are narrowed, and keep springs
   std::vector<int> narrowed_;                         // slots of rod_pairs_
-  double slack_ = 0;  // by which others than near_ may still come nearer, m
+  double slack_ = 0;                                  // by which others than near_ may still come nearer, m
   // Solids, and their parts in the order of solids.
   struct Placed {
     Solid solid;

@@ -170,7 +170,8 @@ void ContactList::NarrowPairs(double moved) {
   near_.TakePairs(rod_pairs_, {narrowed_.data(), static_cast<std::size_t>(narrow.found)},
                   contact_kernel::kPressConstants);
   for (int p = narrow.found; p % kRun != 0; ++p) {
-    ConstantsOf(near_, contact_kernel::kPressConstants, static_cast<std::size_t>(p))[kRun * contact_kernel::kRadii] =
+    ConstantsOf(near_, contact_kernel::kPressConstants,
+                static_cast<std::size_t>(p))[kRun * contact_kernel::kRadii] =
         std::numeric_limits<double>::quiet_NaN();
   }
   if (Moves()) near_.TakeSprings(old_);

@@ -100,7 +100,8 @@ struct Kernel {
     tau2 = y;
     // By halves, which wait less for each other than one after the other.
     const Real y2 = y * y, y4 = y2 * y2;
-    const Real p0 = S(1) + y * S(-0.33333333333332338), p2 = S(0.19999999999761667) + y * S(-0.14285714263336027);
+    const Real p0 = S(1) + y * S(-0.33333333333332338),
+               p2 = S(0.19999999999761667) + y * S(-0.14285714263336027);
     const Real p4 = S(0.11111110022135758) + y * S(-0.090908776990191315);
     const Real p6 = S(0.076917308596825953) + y * S(-0.06659632591850656);
     const Real p8 = S(0.058243931405155075) + y * S(-0.04940578572579412);

@@ -57,9 +57,8 @@ Stepper::Stepper(const Scene& scene, const SimulationPlan& plan, std::vector<Dri
   }
   contacts_.emplace(contact, shapes, bodies, published ? std::vector<Solid>() : bodies_.solids(), pairs);
   for (Batch& batch : batches_) {
-    batch.lanes->ShareLoads(contacts_->LaneForces(batch.members), contacts_->Moves()
-                                                                      ? contacts_->LaneCouples(batch.members)
-                                                                      : std::span<double>());
+    batch.lanes->ShareLoads(contacts_->LaneForces(batch.members),
+                            contacts_->Moves() ? contacts_->LaneCouples(batch.members) : std::span<double>());
   }
 }
 

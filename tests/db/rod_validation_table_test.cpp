@@ -53,6 +53,7 @@ const std::map<std::string, double> kLeft = {{"gap / L", 1e-8},
 TEST(RodValidation, TheWholeTableHolds) {
   int compared = 0;
   for (const ValidationCase& one : ValidationCases()) {
+    if (one.by_name_alone) continue;
     for (const Figure& f : one.run(false)) {
       SCOPED_TRACE(std::string(one.name) + ", " + f.quantity + ", " + f.level);
       EXPECT_TRUE(std::isfinite(f.ours));

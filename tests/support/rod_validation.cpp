@@ -253,7 +253,8 @@ const std::vector<ValidationCase>& ValidationCases() {
                                                     {"pendulum", PendulumFigures},
                                                     {"collision", CollisionFigures},
                                                     {"held", HeldFigures},
-                                                    {"overhand", OverhandFigures}};
+                                                    {"overhand", OverhandFigures},
+                                                    {"overhand_thinner", ThinnerOverhandFigures, true}};
   return cases;
 }
 

@@ -32,6 +32,7 @@ struct ValidationCase {
   const char* name;
   //   quick  level static alone where there is one, else half the elements; no order
   std::vector<Figure> (*run)(bool quick);
+  bool by_name_alone = false;  // takes minutes
 };
 const std::vector<ValidationCase>& ValidationCases();
 
@@ -72,5 +73,6 @@ std::vector<Figure> CollisionFigures(bool quick);
 std::vector<Figure> HeldFigures(bool quick);
 // Nothing where quick.
 std::vector<Figure> OverhandFigures(bool quick);
+std::vector<Figure> ThinnerOverhandFigures(bool quick);
 
 }  // namespace tendril::testing_support

@@ -12,6 +12,7 @@ namespace {
 
 using Eigen::Index;
 using std::numbers::pi;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Means over the last two seconds.
 struct Knot {
@@ -33,9 +34,8 @@ double PressingIn(const Contact& contact, const Rod& rod) {
   return sum;
 }
 
-Knot Tightened(double friction) {
-  const Scene scene = ValidationScene("overhand", SimulationLevel::kStandard, 1,
-                                      {"contact.friction=" + ShortNumber(friction)});
+Knot Tightened(const std::vector<std::string>& settings) {
+  const Scene scene = ValidationScene("overhand", SimulationLevel::kStandard, 1, settings);
   const SimulationPlan plan = PlanScene(scene).value();
   Contact contact = scene.contact;
   contact.points = plan.contact_points;
@@ -63,33 +63,53 @@ Knot Tightened(double friction) {
   return mean;
 }
 
+// What a knot's figures are divided by.
+struct Scales {
+  double radius, bending;  // m, N m^2
+  int elements;
+
+  double Eps(const Knot& knot) const { return std::sqrt(radius / knot.radius); }
+  double Sigma(const Knot& knot) const {
+    return knot.pressing * radius * radius / bending / std::pow(Eps(knot), 3);
+  }
+  std::vector<Figure> OfSmooth(const Knot& knot) const {
+    return {{"eps", Eps(knot), kNone, "standard", elements},
+            {"T h^2/B / (eps^4/2), mu 0", 2 * knot.tension * std::pow(knot.radius, 2) / bending, kNone,
+             "standard", elements},
+            {"P h^2/B / eps^3, mu 0", Sigma(knot), kNone, "standard", elements}};
+  }
+};
+Scales ScalesOf(const std::vector<std::string>& settings) {
+  const RodDesign rod = ValidationScene("overhand", SimulationLevel::kStandard, 1, settings).rods[0].design;
+  return {rod.base_radius, rod.youngs_modulus * pi / 4 * std::pow(rod.base_radius, 4), rod.elements};
+}
+
 }  // namespace
 
 std::vector<Figure> OverhandFigures(bool quick) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (quick) return {};
-  const Scene scene = ValidationScene("overhand", SimulationLevel::kStandard);
-  const RodDesign& rod = scene.rods[0].design;
-  const double h = rod.base_radius, bending = rod.youngs_modulus * pi / 4 * std::pow(h, 4);
-  const Knot smooth = Tightened(0);
-  const auto sigma = [&](const Knot& knot) {
-    return knot.pressing * h * h / bending / std::pow(h / knot.radius, 1.5);
-  };
-  const int n = rod.elements;
-  std::vector<Figure> figures = {
-      {"eps", std::sqrt(h / smooth.radius), kNone, "standard", n},
-      {"T h^2/B / (eps^4/2), mu 0", 2 * smooth.tension * std::pow(smooth.radius, 2) / bending, kNone,
-       "standard", n},
-      {"P h^2/B / eps^3, mu 0", sigma(smooth), kNone, "standard", n}};
+  const Scales scales = ScalesOf({});
+  const Knot smooth = Tightened({});
+  std::vector<Figure> figures = scales.OfSmooth(smooth);
+  const int n = scales.elements;
   for (const double friction : {0.1, 0.3}) {
-    const Knot knot = Tightened(friction);
+    const Knot knot = Tightened({"contact.friction=" + ShortNumber(friction)});
     const double without = smooth.tension * std::pow(smooth.radius / knot.radius, 2);
     const std::string of = ", mu " + ShortNumber(friction);
-    figures.push_back({"P h^2/B / eps^3" + of, sigma(knot), kNone, "standard", n});
+    figures.push_back({"P h^2/B / eps^3" + of, scales.Sigma(knot), kNone, "standard", n});
     figures.push_back({"(T - T of mu 0) / (mu P)" + of, (knot.tension - without) / (friction * knot.pressing),
                        1, "standard", n});
   }
   return figures;
+}
+
+// Half as thick, as fast and as finely divided for its thickness.
+std::vector<Figure> ThinnerOverhandFigures(bool quick) {
+  if (quick) return {};
+  const std::vector<std::string> thinner = {"rod.0.base_radius=0.001", "rod.0.elements=640",
+                                            "rod.0.youngs_modulus=4e7", "rod.0.shear_modulus=1.333333e7",
+                                            "contact.stiffness=4e5"};
+  return ScalesOf(thinner).OfSmooth(Tightened(thinner));
 }
 
 }  // namespace tendril::testing_support
