@@ -99,6 +99,27 @@ std::vector<std::string> DoubtsOf(const Simulated& run) {
   return doubts;
 }
 
+// After the first kick: what starts inside each other so deep that nothing comes of it; what is shallower is
+// told.
+std::optional<Divergence> OverlapAtStart(const Scene& scene, const Stepper& stepper,
+                                         const SimulateHooks& hooks) {
+  if (stepper.contacts() == nullptr) return std::nullopt;
+  const double overlap = 2 * (1 - stepper.contacts()->least_share());
+  if (!(overlap > kOverlapToTell)) return std::nullopt;
+  Divergence found = FindDeepest(scene, stepper.rods(), stepper.At(stepper.time_step()),
+                                 stepper.PosesAt(stepper.time_step()));
+  found.why += ": they start inside each other";
+  if (overlap > kDeepestTrusted) {
+    found.at_start = true;
+    return found;
+  }
+  if (hooks.warn) {
+    hooks.warn(found.rod + ", element " + std::to_string(found.element) + ": " + found.why +
+               ", which pushes them apart; move them apart");
+  }
+  return std::nullopt;
+}
+
 Result<Simulated> Statics(const Scene& scene, std::vector<Driven> rods, const std::vector<double>& times,
                           const SimulateHooks& hooks) {
   Record record(scene, rods, {});
@@ -174,11 +195,15 @@ Result<Simulated> Simulate(const Scene& scene, const SimulationPlan& plan, const
         "the state to go on from is of another scene, level, plan or program: start anew without it"};
   }
   Simulated result;
+  result.resumed_at = static_cast<double>(stepper.kicks()) * step;
   bool stopping = false;  // at the end of the block, so that it can be kept
   const auto advance = [&](std::int64_t to) {
     while (stepper.kicks() < to && !result.diverged && !result.stopped) {
       const std::int64_t block = (stepper.kicks() / kBlock + 1) * kBlock;
-      result.diverged = stepper.AdvanceTo(std::min({to, block, stepper.kicks() + kLook}));
+      // The first kick alone: it tells how things lie at the start.
+      const std::int64_t look = stepper.kicks() == 0 ? 1 : kLook;
+      result.diverged = stepper.AdvanceTo(std::min({to, block, stepper.kicks() + look}));
+      if (!result.diverged && stepper.kicks() == 1) result.diverged = OverlapAtStart(scene, stepper, hooks);
       if (result.diverged) return;
       const double done = static_cast<double>(stepper.kicks()) * step / scene.duration;
       if (!stopping) stopping = hooks.progress && !hooks.progress(done);

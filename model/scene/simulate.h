@@ -23,6 +23,7 @@ struct Simulated {
   std::vector<ObjectSeries> objects;   // of the scene, one each, at the same times
   std::int64_t steps = 0;              // made in all; of kStatic: equilibria found
   double time_step = 0;                // s, taken; 0 of kStatic
+  double resumed_at = 0;               // s, where the run went on from; 0: it began
   bool stopped = false;                // the progress said so; curves up to there
   std::optional<Divergence> diverged;  // curves up to there
   // Of elements that touched, over all steps: the least distance of their axes, m, and as a share of their
@@ -39,8 +40,11 @@ struct Simulated {
 };
 
 // Overlaps deeper than this share of a radius, and springs of what sticks drawn farther than this share of
-// the radii's sum, make a run doubtful: contact is softer than what it stands for.
+// the radii's sum, make a run doubtful: contact is softer than what it stands for. A scene that begins with
+// such an overlap is not run; one that begins with a shallower one is, with a warning.
 inline constexpr double kDeepestTrusted = 0.25, kLongestStickTrusted = 0.1;
+// Shares of a radius below this, in which bodies overlap at the start, are not worth a word.
+inline constexpr double kOverlapToTell = 0.02;
 
 // A run that was interrupted, whole: from it the same scene goes on to the same bytes.
 struct SimulationState {
@@ -51,6 +55,8 @@ struct SimulationState {
 struct SimulateHooks {
   int threads = 1;  // to share the rods, eight to each; the bytes do not depend on it
   Progress progress{};
+  // Called at once with what may spoil the run, a sentence: bodies that start inside each other.
+  std::function<void(const std::string&)> warn{};
   // Called after each kBlock steps, also after a stop was asked for, with a function that makes the state.
   std::function<void(const std::function<SimulationState()>&)> keep{};
   const SimulationState* resume_from = nullptr;

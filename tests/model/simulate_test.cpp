@@ -164,6 +164,65 @@ TEST(Simulate, WhatAFixedObjectBearsIsTold) {
   EXPECT_LT((fast - plain).norm(), 1e-7 * plain.norm());
 }
 
+// A rod that starts inside a fixed box or another rod, by so much of its radius.
+struct StartInside {
+  Simulated run;
+  std::vector<std::string> warnings;
+};
+StartInside RunInside(double share, bool box) {
+  Scene scene;
+  scene.duration = 0.01;
+  scene.gravity.setZero();
+  SceneRod rod;
+  rod.name = "beam";
+  rod.design.length = 0.4;
+  rod.design.elements = 20;
+  rod.design.base_radius = 0.012;
+  rod.design.direction = Vector3d::UnitX();
+  rod.design.normal = Vector3d::UnitZ();
+  scene.rods = {rod};
+  if (box) {
+    SceneObject bar;
+    bar.name = "bar";
+    bar.shape = {{PrimitiveKind::kBox, 0, {0.02, 0.1, 0.02}}};
+    bar.pose.translation() = Vector3d(0.3, 0, -0.02 - 0.012 * (1 - share));
+    scene.objects = {bar};
+  } else {
+    rod.name = "other";
+    rod.design.direction = Vector3d::UnitY();
+    rod.design.start = Vector3d(0.21, -0.21, -0.012 * (2 - share));
+    scene.rods.push_back(rod);
+  }
+  StartInside inside;
+  SimulateHooks hooks;
+  hooks.warn = [&](const std::string& sentence) { inside.warnings.push_back(sentence); };
+  inside.run = Simulate(scene, PlanScene(scene).value(), {0, 0.01}, 0, hooks).value();
+  return inside;
+}
+
+TEST(Simulate, WhatStartsInsideAnotherIsToldAtOnceAndTooDeepIsNotRun) {
+  for (const bool box : {false, true}) {
+    EXPECT_TRUE(RunInside(-0.1, box).warnings.empty()) << "apart";
+    EXPECT_TRUE(RunInside(0.01, box).warnings.empty()) << "as good as touching";
+    const StartInside shallow = RunInside(0.1, box);
+    EXPECT_FALSE(shallow.run.diverged.has_value());
+    ASSERT_EQ(shallow.warnings.size(), 1U);
+    EXPECT_NE(shallow.warnings[0].find(box ? "beam, element 14" : "other, element 10"), std::string::npos)
+        << shallow.warnings[0];
+    EXPECT_NE(shallow.warnings[0].find(box ? " mm deep in bar" : " mm from that of beam"), std::string::npos)
+        << shallow.warnings[0];
+    // 1.2 mm, less what they have been pushed apart in the first step.
+    EXPECT_NE(shallow.warnings[0].find(box ? "it is 1.1" : "its axis is 22.8"), std::string::npos)
+        << shallow.warnings[0];
+    for (const double share : {0.3, 1.5}) {
+      const StartInside deep = RunInside(share, box);
+      ASSERT_TRUE(deep.run.diverged.has_value()) << share;
+      EXPECT_TRUE(deep.run.diverged->at_start);
+      EXPECT_TRUE(deep.warnings.empty());
+    }
+  }
+}
+
 void ExpectSameBytes(const std::vector<CurveSeries>& a, const std::vector<CurveSeries>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t r = 0; r < a.size(); ++r) {
@@ -232,7 +291,11 @@ TEST(Simulate, AnInterruptedRunGoesOnToTheSameBytes) {
     EXPECT_EQ(rest.curves[0].time.size(), 5);
     EXPECT_EQ(rest.longest_move, whole.longest_move);
     EXPECT_EQ(rest.least_axis_share, whole.least_axis_share);
+    const double blocks = rest.resumed_at / rest.time_step / static_cast<double>(kBlock);
+    EXPECT_GT(rest.resumed_at, 0);
+    EXPECT_NEAR(blocks, std::round(blocks), 1e-9) << "states are made between blocks";
   }
+  EXPECT_EQ(whole.resumed_at, 0);
   // A state of another scene is refused.
   scene.rods.pop_back();
   EXPECT_FALSE(Simulate(scene, PlanScene(scene).value(), times, 0, {.resume_from = &states.back()}).ok());
