@@ -1,5 +1,7 @@
 #include "db/files/scene_toml.h"
 
+#include <fmt/format.h>
+
 #include "db/files/design_toml.h"
 #include "db/files/scene_tables.h"
 #include "db/files/toml_read.h"
@@ -118,7 +120,8 @@ std::string NameOf(SimulationLevel level) {
   return "standard";
 }
 
-Result<Scene> ReadScene(const fs::path& file, const std::vector<std::string>& settings) {
+Result<Scene> ReadScene(const fs::path& file, const std::vector<std::string>& settings,
+                        std::optional<SimulationLevel> instead) {
   Result<TomlDocument> parsed = TomlDocument::Read(file);
   if (!parsed.ok()) return parsed.error();
   TomlDocument& document = parsed.value();
@@ -133,7 +136,7 @@ Result<Scene> ReadScene(const fs::path& file, const std::vector<std::string>& se
   scene.seed = static_cast<std::uint64_t>(seed);
   std::string level = "standard";
   root.Choice("level", level, {"paper", "standard", "fast", "static"});
-  scene.level = LevelNamed(level);
+  scene.level = instead.value_or(LevelNamed(level));
   root.Number("time_step", scene.time_step, Above(0, "s"));
 
   TomlTable medium = document.Table("medium");
@@ -147,12 +150,18 @@ Result<Scene> ReadScene(const fs::path& file, const std::vector<std::string>& se
   ReadPhases(document, scene);
   TomlTable contact = document.Table("contact");
   ReadContact(contact, scene.contact);
-  if (const std::optional<SceneConflict> conflict = ConflictIn(scene)) {
+  const std::optional<SceneConflict> conflict = ConflictIn(scene);
+  const bool of_call = conflict && conflict->key == "level" && instead;
+  if (conflict && !of_call) {
     (conflict->table.empty() ? root : contact).Reject(conflict->key, conflict->expected);
   }
 
   if (Status read = document.Finish(); !read.ok()) return std::move(read).error();
   if (!designed.ok()) return std::move(designed).error();
+  if (of_call) {
+    return Error{ErrorKind::kBadInput, fmt::format("{}: --level {}: expected {}", file.string(),
+                                                   NameOf(scene.level), conflict->expected)};
+  }
   return scene;
 }
 

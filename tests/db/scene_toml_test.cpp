@@ -64,6 +64,23 @@ TEST(SceneToml, TheOldExamplesMeanWhatTheyMeant) {
   }
 }
 
+// What the call says counts, and is checked with all else.
+TEST(SceneToml, TheLevelOfTheCallStandsForTheFilesOwn) {
+  const TemporaryFolder folder;
+  WriteText(
+      folder / "scene.toml",
+      "level = 'static'\n[[object]]\nkind = 'sphere'\nradius = 0.02\nmotion = 'free'\nmass = 1\n[[rod]]\n");
+  EXPECT_FALSE(ReadScene(folder / "scene.toml").ok());
+  const Result<Scene> fast = ReadScene(folder / "scene.toml", {}, SimulationLevel::kFast);
+  ASSERT_TRUE(fast.ok()) << fast.error().message;
+  EXPECT_EQ(fast.value().level, SimulationLevel::kFast);
+  const Result<Scene> still = ReadScene(folder / "scene.toml", {"level=fast"}, SimulationLevel::kStatic);
+  ASSERT_FALSE(still.ok());
+  EXPECT_EQ(still.error().kind, ErrorKind::kBadInput);
+  EXPECT_THAT(still.error().message,
+              AllOf(HasSubstr("--level static: expected"), HasSubstr("an object moves")));
+}
+
 TEST(SceneToml, ACylindersShapeHasFlatEndsAndLiesAlongItsAxis) {
   const SceneObject tube =
       ObjectOf("kind = 'cylinder'\nradius = 0.02\nlength = 0.3\nposition = [0.1, 0, -0.2]\naxis = [0, 2, 0]");
