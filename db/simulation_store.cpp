@@ -49,6 +49,7 @@ HoldingRow HoldingAt(SQLite::Statement& row) {
   if (!row.getColumn("strikes").isNull()) holding.strikes = row.getColumn("strikes").getInt64();
   holding.release_s = NumberAt(row, "release_s");
   holding.rule = TextAt(row, "rule");
+  holding.begins_s = NumberAt(row, "begins_s");
   return holding;
 }
 
@@ -69,21 +70,21 @@ Status StoreSimulation(Lab& lab, const std::string& id, const SimulationRow& row
     Run(db,
         "INSERT INTO simulation (trial_id, provenance_id, scene_id, level, seed, trial_number, time_step_s, "
         "steps, simulated_s, wall_s, terms_json, least_axis_distance_m, least_axis_share, longest_move_m, "
-        "nothing_passed, divergence, trusted, doubts, longest_stick_share, friction, medium) "
-        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        "nothing_passed, divergence, trusted, doubts, longest_stick_share, friction, medium, run_key) "
+        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
         id, made_from, scene, row.level, row.seed, row.trial_number, row.time_step_s, row.steps,
         row.simulated_s, row.wall_s, row.terms_json, row.least_axis_distance_m, row.least_axis_share,
         row.longest_move_m, passed, OrNone(row.divergence),  // passed: SQLite keeps 1.0 as the integer 1
         row.doubts.empty() ? 1 : 0, fmt::format("{}", fmt::join(row.doubts, "\n")), row.longest_stick_share,
-        row.friction, OrNone(row.medium));
+        row.friction, OrNone(row.medium), OrNone(row.run_key));
     if (!row.holding) return;
     const HoldingRow& holding = *row.holding;
     Run(db,
         "INSERT INTO holding (trial_id, test, lifted, held, rise_m, shift_m, payload_kg, payload_is_least, "
-        "payload_by_rods_mass, strikes, release_s, rule) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)",
+        "payload_by_rods_mass, strikes, release_s, rule, begins_s) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)",
         id, holding.test, holding.lifted ? 1 : 0, holding.held ? 1 : 0, holding.rise_m, holding.shift_m,
         holding.payload_kg, holding.payload_is_least ? 1 : 0, holding.payload_by_rods_mass, holding.strikes,
-        holding.release_s, holding.rule);
+        holding.release_s, holding.rule, holding.begins_s);
   });
 }
 
@@ -118,12 +119,32 @@ Result<std::optional<StoredSimulation>> LoadSimulation(Lab& lab, const std::stri
     simulation.longest_stick_share = NumberAt(row, "longest_stick_share");
     simulation.friction = NumberAt(row, "friction");
     simulation.medium = TextAt(row, "medium");
+    simulation.run_key = TextAt(row, "run_key");
     found->trusted = row.getColumn("trusted").getInt() != 0;
     if (!row.getColumn("test").isNull()) simulation.holding = HoldingAt(row);
     return Ok{};
   });
   if (!read.ok()) return read.error();
   return found;
+}
+
+Result<std::optional<std::string>> FindRun(Lab& lab, const std::string& run_key,
+                                           const std::string& program_version) {
+  std::optional<std::string> label;
+  const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
+    SQLite::Statement row(
+        db,
+        "SELECT t.label FROM simulation s JOIN trial t ON t.id = s.trial_id "
+        "JOIN provenance p ON p.id = s.provenance_id "
+        "WHERE s.run_key = ? AND p.program_version = ? AND t.state IN ('recorded', 'degraded') "
+        "AND NOT EXISTS (SELECT 1 FROM void WHERE void.trial_id = t.id) "
+        "ORDER BY t.id DESC LIMIT 1");
+    Bind(row, run_key, program_version);
+    if (row.executeStep()) label = row.getColumn(0).getString();
+    return Ok{};
+  });
+  if (!read.ok()) return read.error();
+  return label;
 }
 
 }  // namespace tendril

@@ -26,6 +26,7 @@ struct HoldingRow {
   std::optional<std::int64_t> strikes{};  // of strike: that it withstood
   double release_s = kNotKnown;           // of release
   std::string rule{};                     // what counts as success, in words
+  double begins_s = kNotKnown;            // when the lift begins; what is before is the grasp alone
 };
 
 struct SimulationRow {
@@ -48,6 +49,7 @@ struct SimulationRow {
   double longest_stick_share = kNotKnown;
   double friction = kNotKnown;  // of the scene's contact
   std::string medium{};         // as the trial's; empty: not known
+  std::string run_key{};        // runs of one key are one run; empty: not known
   std::optional<HoldingRow> holding{};
 };
 
@@ -62,5 +64,10 @@ struct StoredSimulation {
   bool trusted = true;
 };
 Result<std::optional<StoredSimulation>> LoadSimulation(Lab& lab, const std::string& id);
+
+// The label of the newest trial that is that run by that program, through to its end and not void; none: it
+// is not in the lab.
+Result<std::optional<std::string>> FindRun(Lab& lab, const std::string& run_key,
+                                           const std::string& program_version);
 
 }  // namespace tendril

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -40,6 +41,9 @@ const std::vector<Column>& Columns() {
       {{"state", false, ""}, "state"},
       {{"judged_by", false, ""}, "judged_by"},
       {{"method", false, ""}, "method"},
+      {{"test", false, ""}, "test"},
+      {{"level", false, ""}, "level"},
+      {{"friction", true, ""}, "friction"},
   };
   return columns;
 }
@@ -127,6 +131,22 @@ Result<Condition> ConditionOf(const RateQuestion& question) {
     condition.values.emplace_back(number, "");
   }
   return condition;
+}
+
+//   sql  one number of the trials that fit; ends where the condition goes
+Result<std::int64_t> CountWhere(Lab& lab, const RateQuestion& question, const std::string& sql) {
+  const Result<Condition> condition = ConditionOf(question);
+  if (!condition.ok()) return condition.error();
+  std::int64_t count = 0;
+  const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
+    SQLite::Statement query(db, sql + condition.value().sql);
+    condition.value().BindTo(query);
+    query.executeStep();
+    count = query.getColumn(0).getInt64();
+    return Ok{};
+  });
+  if (!read.ok()) return read.error();
+  return count;
 }
 
 }  // namespace
@@ -238,20 +258,32 @@ Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& questio
 }
 
 Result<std::int64_t> CountLeftOut(Lab& lab, const RateQuestion& question) {
-  const Result<Condition> condition = ConditionOf(question);
-  if (!condition.ok()) return condition.error();
   if (question.include_untrusted) return std::int64_t{0};
-  std::int64_t count = 0;
-  const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
-    SQLite::Statement query(
-        db, "SELECT count(*) FROM judged_trial WHERE NOT trusted AND " + condition.value().sql);
-    condition.value().BindTo(query);
-    query.executeStep();
-    count = query.getColumn(0).getInt64();
-    return Ok{};
-  });
-  if (!read.ok()) return read.error();
-  return count;
+  return CountWhere(lab, question, "SELECT count(*) FROM judged_trial WHERE NOT trusted AND ");
+}
+
+Result<std::int64_t> CountRepeats(Lab& lab, const RateQuestion& question) {
+  return CountWhere(
+      lab, question,
+      "SELECT count(*) FROM judged_run WHERE trial_id NOT IN (SELECT trial_id FROM judged_trial) "
+      "AND ");
+}
+
+Result<bool> SplitByTest(Lab& lab, RateQuestion& question) {
+  if (question.kind != TrialKind::kSimulated) return false;
+  const auto asks = [](const std::string& name) { return name == "test"; };
+  if (std::any_of(question.by.begin(), question.by.end(), asks) ||
+      std::any_of(question.where.begin(), question.where.end(),
+                  [&](const auto& w) { return asks(w.first); })) {
+    return false;
+  }
+  RateQuestion tests = question;
+  tests.by = {"test"};
+  const Result<std::vector<RateGroup>> groups = CountGrasps(lab, tests);
+  if (!groups.ok()) return groups.error();
+  if (groups.value().size() < 2) return false;
+  question.by.insert(question.by.begin(), "test");
+  return true;
 }
 
 Result<std::vector<std::pair<TrialKind, std::int64_t>>> JudgedByKind(Lab& lab) {

@@ -67,8 +67,14 @@ struct RateKey {
 };
 const std::vector<RateKey>& RateKeys();  // design, object, medium, distance, pull, ...
 
+// A rate is of one kind of test: of simulations that were tested differently, or not at all, `test` is added
+// to what the question groups by, in front, unless it has it in `by` or `where`.
+//   returns  whether it was added
+//   errors   as CountGrasps
+Result<bool> SplitByTest(Lab& lab, RateQuestion& question);
+
 // Success counts over trials of that kind that are recorded or degraded, judged, not void and, unless asked
-// for, not of simulations that are not trusted.
+// for, not of simulations that are not trusted. A simulated run counts once, as it was stored last.
 //   errors  kBadInput an unknown name (suggests the nearest), a value of `where` that is not a number
 Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& question);
 
@@ -76,6 +82,10 @@ Result<std::vector<RateGroup>> CountGrasps(Lab& lab, const RateQuestion& questio
 // they are included.
 //   errors  as CountGrasps
 Result<std::int64_t> CountLeftOut(Lab& lab, const RateQuestion& question);
+
+// How many trials that fit the question's `where` and kind are runs that the lab has again, stored later.
+//   errors  as CountGrasps
+Result<std::int64_t> CountRepeats(Lab& lab, const RateQuestion& question);
 
 // How many trusted trials count for a rate, by kind: for "this lab has no real trial, but 12 virtual ones".
 Result<std::vector<std::pair<TrialKind, std::int64_t>>> JudgedByKind(Lab& lab);

@@ -237,6 +237,31 @@ TEST(Lab, SimulationsOfBeforeAreDoubtedByTheRuleOfNow) {
             "0:a body may have passed through another|it diverged");
 }
 
+TEST(Lab, ARunOfBeforeThatWasStoredTwiceCountsOnce) {
+  const auto dump = ReadText(std::filesystem::path(TENDRIL_SOURCE_DIR) / "tests/data/db/schema_3.sql");
+  ASSERT_TRUE(dump.ok()) << dump.error().message;
+  const auto counted = [&](const std::string& change) {
+    const TemporaryFolder folder;
+    {
+      auto db = Connection::Open(folder / "lab.db", Connection::Mode::kCreate);
+      db.value().handle().exec("PRAGMA foreign_keys = OFF");
+      db.value().handle().exec(dump.value());
+      // The lab's first trial as a second of its simulation's run.
+      db.value().handle().exec(
+          "CREATE TEMP TABLE twin AS SELECT * FROM simulation; UPDATE twin SET trial_id = "
+          "(SELECT min(id) FROM trial), provenance_id = provenance_id");
+      db.value().handle().exec(change);
+      db.value().handle().exec("INSERT INTO simulation SELECT * FROM twin");
+    }
+    auto lab = Lab::Open(folder.path());
+    return Ask(lab.value().db(),
+               "SELECT count(DISTINCT run_key) || ' of ' || count(run_key) FROM simulation");
+  };
+  EXPECT_EQ(counted("SELECT 1"), "1 of 2");
+  EXPECT_EQ(counted("UPDATE twin SET level = 'fast'"), "2 of 2");
+  EXPECT_EQ(counted("UPDATE twin SET trial_number = 7"), "2 of 2");
+}
+
 // Every block of SQL in docs/database.md runs on a lab.
 TEST(Docs, QueriesOfTheDatabasePageRun) {
   const std::filesystem::path source = TENDRIL_SOURCE_DIR;

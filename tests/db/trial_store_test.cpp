@@ -1,74 +1,20 @@
-// db/trial_store.h, db/trial_query.h: trials begin and end whole, events are only added, rates count what
-// they say.
+// db/trial_store.h: trials begin and end whole, events are only added, derived rows are replaced.
 #include "db/trial_store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
-#include <limits>
-#include <set>
 
 #include "db/files/safe_file.h"
-#include "db/simulation_store.h"
 #include "db/trial_query.h"
-#include "tests/support/program.h"
+#include "tests/support/lab_test.h"
 
 namespace tendril {
 namespace {
 
 using testing::HasSubstr;
-
-class Store : public testing::Test {
- protected:
-  void SetUp() override {
-    auto made = Lab::Create(folder_ / "lab");
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    lab_ = std::make_unique<Lab>(std::move(made).value());
-  }
-
-  Lab& lab() { return *lab_; }
-
-  std::string Begin(TrialSpec spec = TrialSpec()) {
-    if (spec.design_name.empty()) spec.design_name = "paper";
-    auto trial = BeginTrial(lab(), std::move(spec));
-    EXPECT_TRUE(trial.ok()) << trial.error().message;
-    return trial.ok() ? trial.value().id : "";
-  }
-
-  std::string Judged(bool grasped, TrialSpec spec) {
-    const std::string id = Begin(std::move(spec));
-    EXPECT_TRUE(SetTrialState(lab(), id, TrialState::kRecorded).ok());
-    Judge(id, grasped, "ada", true);
-    return id;
-  }
-
-  void Judge(const std::string& id, bool grasped, const std::string& by, bool person) {
-    const Status s = AddOutcome(lab(), id, {.grasped = grasped, .judged_by = by, .by_person = person});
-    EXPECT_TRUE(s.ok()) << s.error().message;
-  }
-
-  std::string Ask(const std::string& sql) {
-    std::string answer;
-    const Status s = lab().db().Read([&](SQLite::Database& db) -> Status {
-      answer = db.execAndGet(sql).getString();
-      return Ok{};
-    });
-    EXPECT_TRUE(s.ok()) << s.error().message;
-    return answer;
-  }
-
-  Status Try(const std::string& sql) {
-    return lab().db().Write([&](SQLite::Database& db) -> Status {
-      db.exec(sql);
-      return Ok{};
-    });
-  }
-
-  testing_support::TemporaryFolder folder_;
-  std::unique_ptr<Lab> lab_;
-};
+using Store = testing_support::LabTest;
 
 constexpr const char* kHash = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
 
@@ -199,67 +145,6 @@ TEST_F(Store, TheNewestJudgementByAPersonCountsElseTheNewest) {
   EXPECT_EQ(Ask("SELECT count(*) FROM outcome"), "5");
 }
 
-TEST_F(Store, RatesCountJudgedFinishedTrialsOfOneKindThatAreNotVoid) {
-  TrialSpec near;
-  near.design_name = "paper";
-  near.object_distance = 0.1;
-  TrialSpec far = near;
-  far.object_distance = 0.3;
-  Judged(true, near);
-  Judged(false, near);
-  Judged(true, far);
-  TrialSpec rendered = near;
-  rendered.kind = TrialKind::kVirtual;
-  Judged(true, rendered);
-  const std::string voided = Judged(true, near);
-  ASSERT_TRUE(VoidTrial(lab(), voided, "string tore", "ada").ok());
-  const std::string unfinished = Begin(near);
-  Judge(unfinished, true, "ada", true);
-  const std::string failed = Begin(near);
-  ASSERT_TRUE(SetTrialState(lab(), failed, TrialState::kFailed, "no light").ok());
-  Judge(failed, true, "ada", true);
-  ASSERT_TRUE(SetTrialState(lab(), Begin(near), TrialState::kRecorded).ok());  // not judged
-
-  const auto groups = CountGrasps(lab(), {.by = {"design", "distance"}, .where = {{"medium", "air"}}});
-  ASSERT_TRUE(groups.ok()) << groups.error().message;
-  ASSERT_EQ(groups.value().size(), 2U);
-  EXPECT_EQ(groups.value()[0].keys,
-            (std::vector<std::pair<std::string, std::string>>{{"design", "paper"}, {"distance", "0.1"}}));
-  EXPECT_EQ(groups.value()[0].trials, 2);
-  EXPECT_EQ(groups.value()[0].grasped, 1);
-  EXPECT_EQ(groups.value()[1].trials, 1);
-  const auto virtuals = CountGrasps(lab(), {.kind = TrialKind::kVirtual});
-  ASSERT_TRUE(virtuals.ok());
-  ASSERT_EQ(virtuals.value().size(), 1U);
-  EXPECT_EQ(virtuals.value()[0].trials, 1);
-  EXPECT_TRUE(CountGrasps(lab(), {.where = {{"medium", "water"}}}).value().empty());
-}
-
-TEST_F(Store, RateNamesAreChecked) {
-  EXPECT_THAT(CountGrasps(lab(), {.by = {"desing"}}).error().message, HasSubstr("did you mean design?"));
-  EXPECT_THAT(CountGrasps(lab(), {.by = {"kind"}}).error().message, HasSubstr("--kind"));
-  EXPECT_FALSE(CountGrasps(lab(), {.by = {"design; DROP TABLE trial"}}).ok());
-  EXPECT_FALSE(CountGrasps(lab(), {.where = {{"distance", "near"}}}).ok());
-  const auto injected = CountGrasps(lab(), {.where = {{"medium", "air' OR '1'='1"}}});
-  ASSERT_TRUE(injected.ok());
-  EXPECT_TRUE(injected.value().empty());
-}
-
-TEST_F(Store, ATrialIsFoundByIdPrefixAndLabel) {
-  TrialSpec spec;
-  spec.label = "monday-1";
-  const std::string id = Begin(spec);
-  const std::string other = Begin();
-  EXPECT_EQ(FindTrial(lab(), id).value(), id);
-  EXPECT_EQ(FindTrial(lab(), "monday-1").value(), id);
-  size_t shared = 0;
-  while (id[shared] == other[shared]) ++shared;
-  EXPECT_EQ(FindTrial(lab(), id.substr(0, shared + 1)).value(), id);
-  EXPECT_EQ(FindTrial(lab(), id.substr(0, 8)).error().kind, ErrorKind::kBadInput);
-  EXPECT_THAT(FindTrial(lab(), "mondey-1").error().message, HasSubstr("did you mean monday-1?"));
-  EXPECT_EQ(FindTrial(lab(), "").error().kind, ErrorKind::kNotFound);
-}
-
 TEST_F(Store, DerivedRowsAreReplacedWithTheirProvenanceAndFitsAccumulate) {
   const std::string id = Begin();
   const Provenance first{"tendril 0.1.0", R"({"step": 1})", {{"cam0", kHash}}};
@@ -293,126 +178,6 @@ TEST_F(Store, DerivedRowsAreReplacedWithTheirProvenanceAndFitsAccumulate) {
   EXPECT_EQ(Ask("SELECT value FROM fit_latest"), "1.2");
   EXPECT_EQ(Ask("SELECT kinds FROM fit_latest"), "real");
   EXPECT_EQ(Ask("SELECT count(*) FROM made_from WHERE what = 'fit'"), "3");
-}
-
-TEST_F(Store, ASimulationIsReplacedAndScenesAreFoundByTheirText) {
-  TrialSpec spec;
-  spec.kind = TrialKind::kSimulated;
-  const std::string a = Begin(spec), b = Begin(spec);
-  const Provenance made{"tendril 0.1.0", "{}", {}};
-  SimulationRow row;
-  row.scene_name = "octagon";
-  row.scene_toml = "duration = 10";
-  row.level = "standard";
-  row.least_axis_share = 0.9;
-  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
-  EXPECT_EQ(Ask("SELECT nothing_passed IS NULL FROM simulation"), "1") << "not looked at is not false";
-  row.nothing_passed = true;
-  row.divergence = "at 3 s";
-  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
-  ASSERT_TRUE(StoreSimulation(lab(), b, row, made).ok());
-  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "2");
-  EXPECT_EQ(Ask("SELECT count(*) FROM scene"), "1");
-  EXPECT_EQ(Ask("SELECT count(*) FROM provenance"), "2") << "the replaced row's is gone";
-  EXPECT_EQ(Ask("SELECT nothing_passed || divergence FROM simulation LIMIT 1"), "1at 3 s");
-  row.level = "slow";
-  EXPECT_FALSE(StoreSimulation(lab(), a, row, made).ok());
-  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "2") << "the row before is kept";
-}
-
-TEST_F(Store, ASimulationIsReadAsItWasStored) {
-  TrialSpec spec;
-  spec.kind = TrialKind::kSimulated;
-  const std::string a = Begin(spec), b = Begin(spec);
-  const Provenance made{"tendril 0.1.0", "{}", {}};
-  SimulationRow row;
-  row.scene_name = "ball";
-  row.scene_toml = "duration = 1";
-  row.level = "fast";
-  row.doubts = {"bodies overlap by 30 % of a radius", "it diverged"};
-  row.longest_stick_share = 0.02;
-  row.friction = 0.4;
-  row.medium = "water";
-  row.holding.emplace();
-  row.holding->test = "strike";
-  row.holding->lifted = true;
-  row.holding->rise_m = -0.01;
-  row.holding->strikes = 7;
-  row.holding->rule = "still there after all strikes";
-  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
-  const auto read = LoadSimulation(lab(), a);
-  ASSERT_TRUE(read.ok()) << read.error().message;
-  ASSERT_TRUE(read.value().has_value());
-  EXPECT_FALSE(read.value()->trusted);
-  const SimulationRow& got = read.value()->row;
-  EXPECT_EQ(got.doubts, row.doubts);
-  EXPECT_EQ(got.friction, 0.4);
-  EXPECT_EQ(got.medium, "water");
-  EXPECT_EQ(got.longest_stick_share, 0.02);
-  EXPECT_FALSE(got.nothing_passed.has_value());
-  ASSERT_TRUE(got.holding.has_value());
-  EXPECT_EQ(got.holding->strikes, 7);
-  EXPECT_EQ(got.holding->rise_m, -0.01);
-  EXPECT_TRUE(std::isnan(got.holding->payload_kg));
-  EXPECT_TRUE(got.holding->lifted && !got.holding->held);
-
-  // Without a test and without doubts, in the place of the row before.
-  row.holding.reset();
-  row.doubts.clear();
-  ASSERT_TRUE(StoreSimulation(lab(), a, row, made).ok());
-  EXPECT_TRUE(LoadSimulation(lab(), a).value()->trusted);
-  EXPECT_EQ(Ask("SELECT count(*) FROM holding"), "0");
-  EXPECT_FALSE(LoadSimulation(lab(), b).value().has_value());
-  row.holding.emplace().test = "shove";
-  EXPECT_FALSE(StoreSimulation(lab(), b, row, made).ok());
-  EXPECT_EQ(Ask("SELECT count(*) FROM simulation"), "1") << "all or nothing";
-}
-
-TEST_F(Store, SimulationsThatAreNotTrustedCountWhereAskedForOnly) {
-  const auto simulated = [&](bool grasped, bool trusted, const std::string& medium) {
-    TrialSpec spec;
-    spec.kind = TrialKind::kSimulated;
-    spec.medium = medium;
-    const std::string id = Begin(spec);
-    SimulationRow row;
-    row.scene_toml = "duration = 1";
-    row.level = "standard";
-    if (!trusted) row.doubts = {"bodies overlap by 30 % of a radius"};
-    EXPECT_TRUE(StoreSimulation(lab(), id, row, {"tendril 0.1.0", "{}", {}}).ok());
-    EXPECT_TRUE(SetTrialState(lab(), id, TrialState::kRecorded).ok());
-    Judge(id, grasped, "rule", false);
-    return id;
-  };
-  simulated(true, true, "air");
-  simulated(false, true, "water");
-  const std::string doubted = simulated(true, false, "air");
-  Judged(true, TrialSpec());  // a real one
-  RateQuestion question{.kind = TrialKind::kSimulated};
-  const auto counted = [&] {
-    const auto groups = CountGrasps(lab(), question);
-    EXPECT_TRUE(groups.ok()) << groups.error().message;
-    return groups.value().empty() ? std::pair<std::int64_t, std::int64_t>{}
-                                  : std::pair{groups.value()[0].grasped, groups.value()[0].trials};
-  };
-  EXPECT_EQ(counted(), std::pair(std::int64_t{1}, std::int64_t{2}));
-  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
-  // A person's judgement says what happened, not whether the physics can be believed.
-  Judge(doubted, true, "ada", true);
-  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
-  question.where = {{"medium", "water"}};
-  EXPECT_EQ(CountLeftOut(lab(), question).value(), 0) << "none of those in water";
-  question.where = {{"pull", "0.3"}};
-  EXPECT_EQ(CountLeftOut(lab(), question).value(), 1);
-  question.where.clear();
-  question.include_untrusted = true;
-  EXPECT_EQ(counted(), std::pair(std::int64_t{2}, std::int64_t{3}));
-  EXPECT_EQ(CountLeftOut(lab(), question).value(), 0);
-  question = {.where = {{"distance", "near"}}};
-  EXPECT_FALSE(CountLeftOut(lab(), question).ok());
-  const auto trials = ListTrials(lab(), {.kind = TrialKind::kSimulated});
-  EXPECT_FALSE(trials.value()[2].trusted);
-  EXPECT_TRUE(trials.value()[0].trusted);
-  EXPECT_EQ(Ask("SELECT sum(trusted) FROM grasp_rate_input"), "3") << "the real one, and two simulated";
 }
 
 TEST_F(Store, DerivedRowsThatCannotBeAreRefusedWhole) {
