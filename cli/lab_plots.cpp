@@ -229,7 +229,7 @@ Status PlotLinks(const fs::path& trial_folder, const std::string& title, const f
   const Result<std::vector<CurveSeries>> curves = CurvesAboutObject(trial_folder, trial.value());
   if (!curves.ok()) return curves.error();
   LinkOptions options;
-  options.axis = Axis{trial.value().object.position, trial.value().object.axis};
+  options.axis = AxisOf(trial.value());
   const Result<LinkSeries> links = MeasureLinkSeries(curves.value(), options);
   if (!links.ok()) return links.error();
   Panel object;
@@ -255,8 +255,9 @@ Status PlotLinks(const fs::path& trial_folder, const std::string& title, const f
     self.series.push_back(std::move(of_self));
   }
   Figure figure;
-  figure.columns = 2;
-  figure.panels = {std::move(object), std::move(self)};
+  if (options.axis) figure.panels.push_back(std::move(object));
+  figure.panels.push_back(std::move(self));
+  figure.columns = static_cast<int>(figure.panels.size());
   return DrawFigure(figure, file);
 }
 

@@ -12,7 +12,25 @@ Result<std::int64_t> TellLeftOut(Lab& lab, const RateQuestion& question, Output&
                     "--include-untrusted counts such trials)",
                     count.value(), NameOf(question.kind), count.value() == 1 ? "" : "s"));
   }
+  const Result<std::int64_t> repeats = CountRepeats(lab, question);
+  if (!repeats.ok()) return repeats;
+  out.fields()["left_out_repeats"] = repeats.value();
+  if (repeats.value() > 0) {
+    out.Warn(fmt::format("{} {} trial{} left out, for the lab has the same run again, stored later",
+                         repeats.value(), NameOf(question.kind), repeats.value() == 1 ? "" : "s"));
+  }
   return count;
+}
+
+Status TellSplit(Lab& lab, RateQuestion& question, Output& out) {
+  const Result<bool> split = SplitByTest(lab, question);
+  if (!split.ok()) return split.error();
+  if (split.value()) {
+    out.Warn(
+        "a rate is of one kind of test: split by test of holding (choose one with --where test=lift, ...; "
+        "none: without a test)");
+  }
+  return Ok{};
 }
 
 }  // namespace tendril::cli

@@ -207,7 +207,7 @@ void AddReport(const LinkSeries& series, const LinkOptions& options, Output& out
   auto& fields = out.fields();
   fields["closure"] = ClosureText(options.closure);
   fields["accuracy"] = options.method == LinkMethod::kExact ? "exact" : "fast";
-  fields["time_s"] = series.time[series.time.size() - 1];
+  fields["time_s"] = series.EndTime();
   fields.update(ReportJson(series.AtEnd(), series.names));
 }
 
@@ -222,7 +222,11 @@ Status RunLinkOfTrial(const LinkCall& call, const LinkOptions& options, Output& 
   out.fields()["trial"] = id.value();
   AddReport(series.value(), options, out);
   AddSeries(series.value(), out);
-  PrintReport(series.value().AtEnd(), series.value().names, true, out);
+  const Result<TrialSpec> trial = LoadTrial(lab.value(), id.value());
+  if (!trial.ok()) return trial.error();
+  const bool axis = AxisOf(trial.value()).has_value();
+  PrintReport(series.value().AtEnd(), series.value().names, axis, out);
+  if (!axis) out.Print("no object link: a {} has no axis", trial.value().object.kind);
   return Ok{};
 }
 

@@ -75,10 +75,11 @@ Status RunLinkPlot(const PlotCall& call, Output& out) {
 Status RunRates(const PlotCall& call, Output& out) {
   Result<Lab> lab = OpenLab(call.lab);
   if (!lab.ok()) return lab.error();
-  const RateQuestion question{.by = call.by,
-                              .where = {},
-                              .kind = *TrialKindOf(call.kind),
-                              .include_untrusted = call.include_untrusted};
+  RateQuestion question{.by = call.by,
+                        .where = {},
+                        .kind = *TrialKindOf(call.kind),
+                        .include_untrusted = call.include_untrusted};
+  if (const Status split = TellSplit(lab.value(), question, out); !split.ok()) return split;
   const Result<std::vector<RateGroup>> groups = CountGrasps(lab.value(), question);
   if (!groups.ok()) return groups.error();
   if (const auto left_out = TellLeftOut(lab.value(), question, out); !left_out.ok()) return left_out.error();

@@ -1,6 +1,7 @@
 #include "cli/score_trial.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "db/files/curve_files.h"
 #include "db/files/safe_file.h"
 #include "db/files/trial_toml.h"
+#include "db/simulation_store.h"
 #include "db/trial_store.h"
 
 namespace tendril::cli {
@@ -33,6 +35,15 @@ Result<std::vector<CurveSeries>> CurvesAboutObject(const std::filesystem::path& 
   return curves;
 }
 
+std::optional<Axis> AxisOf(const TrialSpec& trial) {
+  const std::string& kind = trial.object.kind;
+  const bool simulated = trial.kind == TrialKind::kSimulated;
+  if (kind == "sphere" || kind == "none" || (simulated && kind != "cylinder" && kind != "capsule")) {
+    return std::nullopt;
+  }
+  return Axis{trial.object.position, trial.object.axis};
+}
+
 Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions options,
                               const Progress& progress) {
   const std::filesystem::path folder = lab.TrialFolder(trial_id);
@@ -44,16 +55,24 @@ Result<LinkSeries> ScoreTrial(Lab& lab, const std::string& trial_id, LinkOptions
   if (!trial.ok()) return trial.error();
   const Result<std::vector<CurveSeries>> curves = CurvesAboutObject(folder, trial.value());
   if (!curves.ok()) return curves.error();
-  options.axis = Axis{trial.value().object.position, trial.value().object.axis};
+  options.axis = AxisOf(trial.value());
+  const Result<std::optional<StoredSimulation>> simulation = LoadSimulation(lab, trial_id);
+  if (!simulation.ok()) return simulation.error();
   Result<LinkSeries> series = MeasureLinkSeries(curves.value(), options, progress);
   if (!series.ok()) return series;
+  if (simulation.value() && simulation.value()->row.holding &&
+      std::isfinite(simulation.value()->row.holding->begins_s)) {
+    series.value().EndBy(simulation.value()->row.holding->begins_s);
+  }
 
   Provenance made{.program_version = ProgramVersion()};
-  const Eigen::Vector3d& p = options.axis->point;
-  const Eigen::Vector3d& d = options.axis->direction;
-  made.parameters_json = nlohmann::json{{"axis", {p.x(), p.y(), p.z(), d.x(), d.y(), d.z()}},
-                                        {"closure", ClosureText(options.closure)}}
-                             .dump();
+  nlohmann::json axis = nullptr;
+  if (options.axis) {
+    const Eigen::Vector3d& p = options.axis->point;
+    const Eigen::Vector3d& d = options.axis->direction;
+    axis = {p.x(), p.y(), p.z(), d.x(), d.y(), d.z()};
+  }
+  made.parameters_json = nlohmann::json{{"axis", axis}, {"closure", ClosureText(options.closure)}}.dump();
   for (const char* input : {"trial.toml", "curves.h5"}) {
     Result<std::string> hash = Sha256OfFile(folder / input);
     if (!hash.ok()) return hash.error();

@@ -6,10 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "cli/lab_option.h"
 #include "cli/simulate_call.h"
 #include "cli/simulate_checkpoint.h"
+#include "cli/simulate_lab.h"
 #include "cli/simulate_outputs.h"
 #include "cli/simulate_report.h"
+#include "cli/simulate_verdict.h"
 #include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
 #include "db/files/toml_edit.h"
@@ -32,7 +35,8 @@ struct Prepared {
 
 Result<Prepared> Prepare(const SimulateCall& call) {
   Prepared ready;
-  Result<Scene> read = ReadScene(call.scene, call.settings);
+  const auto level = call.level.empty() ? std::nullopt : std::optional(LevelNamed(call.level));
+  Result<Scene> read = ReadScene(call.scene, call.settings, level);
   if (!read.ok()) return read.error();
   ready.scene = std::move(read).value();
   Result<std::string> text = ReadText(call.scene);
@@ -41,20 +45,15 @@ Result<Prepared> Prepare(const SimulateCall& call) {
   Result<std::string> edited = EditedToml(text.value(), call.scene, call.settings);
   if (!edited.ok()) return edited.error();
   ready.text = std::move(edited).value();
-  if (!call.level.empty()) ready.scene.level = LevelNamed(call.level);
   if (call.then.empty()) return ready;
   HoldingPlan& holding = ready.holding.emplace();
   holding.test = HoldingTestNamed(call.then);
-  // The first that can be lifted.
-  const std::vector<SceneObject>& objects = ready.scene.objects;
-  while (holding.options.object < objects.size() &&
-         objects[holding.options.object].motion == ObjectMotion::kFixed) {
-    ++holding.options.object;
-  }
-  if (holding.options.object == objects.size()) {
+  const std::optional<std::size_t> grasped = GraspedObject(ready.scene);
+  if (!grasped || ready.scene.objects[*grasped].motion == ObjectMotion::kFixed) {
     return Error{ErrorKind::kBadInput, call.scene + ": --then " + call.then +
                                            ": expected an [[object]] with motion = \"free\" or \"hanging\""};
   }
+  holding.options.object = *grasped;
   const Result<HoldingTimes> times = AddHoldingTest(ready.scene, holding.test, holding.options);
   if (!times.ok()) return Error(times.error()).Within(call.scene);
   holding.times = times.value();
@@ -84,6 +83,25 @@ Status EndOf(const SimulateCall& call, const Scene& scene, const Simulated& done
   return Ok{};
 }
 
+// Said before a run that takes minutes: the lab keeps it once.
+//   returns  its key
+Result<std::string> TellIfThere(const SimulateCall& call, const Scene& scene, const std::string& text,
+                                Output& out) {
+  Result<std::string> key = RunKey(call, scene, text);
+  if (!key.ok()) return key;
+  Result<Lab> lab = OpenLab(call.lab);
+  if (!lab.ok()) return lab.error();
+  const Result<std::optional<std::string>> there = TrialOfRun(lab.value(), key.value());
+  if (!there.ok()) return there.error();
+  if (there.value()) {
+    out.Warn(
+        fmt::format("this run is in the lab already, as trial {}, and will not be stored again (other draws: "
+                    "--trial N)",
+                    *there.value()));
+  }
+  return key;
+}
+
 Status RunSimulate(const SimulateCall& call, Output& out) {
   const Result<Prepared> ready = Prepare(call);
   if (!ready.ok()) return ready.error();
@@ -93,8 +111,14 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   if (!planned.ok()) return Error(planned.error()).Within(call.scene);
   const SimulationPlan& plan = planned.value();
   out.fields()["scene"] = scene.name;
-  TellPlan(scene, plan, out);
+  TellPlan(scene, plan, call.plan, out);
   if (call.plan) return Ok{};
+  std::string run_key;
+  if (call.store) {
+    Result<std::string> key = TellIfThere(call, scene, ready.value().text, out);
+    if (!key.ok()) return key.error();
+    run_key = std::move(key).value();
+  }
 
   const std::vector<double> times = TimesOf(call, scene.duration);
   Checkpoint checkpoint(call.checkpoint, RunId(call, ready.value().text, scene, times));
@@ -102,35 +126,49 @@ Status RunSimulate(const SimulateCall& call, Output& out) {
   if (!state.ok()) return state.error();
   SimulateHooks hooks;
   hooks.threads = call.threads;
-  double resumed_at = 0;  // the last frame that was kept, s
   const auto begin = Clock::now();
-  hooks.progress = out.ShowProgress(scene.name, [&](double share) {
-    return fmt::format("{:.3g} times real time", (share * scene.duration - resumed_at) / Since(begin));
-  });
+  // Of a run that goes on, what was simulated before it was stopped does not count.
+  std::optional<double> share_at_begin = state.value() ? std::nullopt : std::optional(0.0);
+  hooks.progress = [&, show = out.ShowProgress(scene.name, [&](double share) {
+    const double simulated = (share - *share_at_begin) * scene.duration;
+    return simulated > 0 ? fmt::format("{:.3g} times real time", simulated / Since(begin)) : std::string();
+  })](double share) {
+    if (!share_at_begin) share_at_begin = share;
+    return show(share);
+  };
+  hooks.warn = [&](const std::string& sentence) { out.Warn(call.scene + ": " + sentence); };
   hooks.keep = checkpoint.Keeper();
   if (state.value()) {
     hooks.resume_from = &*state.value();
-    if (!state.value()->curves.empty()) resumed_at = state.value()->curves[0].time.tail<1>()[0];
-    out.fields()["resumed_at_s"] = resumed_at;
     out.Print("going on from {}", call.checkpoint);
   }
 
   const Result<Simulated> run = Simulate(scene, plan, times, call.trial, hooks);
   if (!run.ok()) return Error(run.error()).Within(call.scene);
   const Simulated& done = run.value();
-  FinishedRun finished{
-      .scene = &scene, .scene_text = ready.value().text, .plan = &plan, .run = &done, .wall_s = Since(begin)};
+  FinishedRun finished{.scene = &scene,
+                       .scene_text = ready.value().text,
+                       .plan = &plan,
+                       .run = &done,
+                       .wall_s = Since(begin),
+                       .run_key = run_key};
   if (!checkpoint.trouble().empty()) out.Warn("no state could be kept: " + checkpoint.trouble());
-  TellRun(scene, done, finished.wall_s, resumed_at, out);
+  if (state.value()) out.fields()["resumed_at_s"] = done.resumed_at;
   const bool goes_on = done.stopped && checkpoint.holds();
   const bool nothing = done.diverged && done.diverged->at_start;  // the scene cannot be: there is no run
-  if (done.curves[0].time.size() > 0 && !goes_on && !nothing) {
-    TellObjects(scene, done, out);
-    if (ready.value().holding && !done.diverged && !done.stopped) {
+  const bool shown = done.curves[0].time.size() > 0 && !goes_on && !nothing;
+  if (shown && !done.diverged && !done.stopped) {
+    if (ready.value().holding) {
       Result<HoldingVerdict> verdict = TellHolding(scene, *ready.value().holding, done, out);
       if (!verdict.ok()) return verdict.error();
       finished.holding = std::move(verdict).value();
+    } else {
+      TellWithoutTest(scene, done, out);
     }
+  }
+  if (!nothing) TellRun(scene, done, finished.wall_s, out);
+  if (shown) {
+    TellObjects(scene, done, out);
     TellPassages(done, out);
     if (Status s = WriteOutputs(call, finished, out); !s.ok()) return s;
   }

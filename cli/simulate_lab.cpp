@@ -12,6 +12,7 @@
 #include "db/files/design_toml.h"
 #include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
+#include "db/files/toml_edit.h"
 #include "db/simulation_store.h"
 #include "db/trial_store.h"
 #include "model/scene/schedule.h"
@@ -21,35 +22,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the gripper is to grasp: the first object but for a table.
-const SceneObject* Grasped(const Scene& scene) {
-  for (const SceneObject& object : scene.objects) {
-    if (object.kind != "table") return &object;
-  }
-  return nullptr;
-}
-
-ObjectSpec ObjectOf(const SceneObject* object) {
-  if (object == nullptr) {
+ObjectSpec ObjectOf(const Scene& scene) {
+  const std::optional<std::size_t> grasped = GraspedObject(scene);
+  if (!grasped) {
     return {.kind = "none", .radius = 0, .length = 0, .position = {0, 0, 0}, .axis = {1, 0, 0}, .mass = 0};
   }
-  const FixedBody& body = object->body;
-  const Eigen::Vector3d along = body.end - body.start;
+  const SceneObject& object = scene.objects[*grasped];
+  const FixedBody& body = object.body;
   ObjectSpec spec;
-  spec.kind = object->kind;
+  spec.kind = object.kind;
   spec.radius = body.radius;
-  spec.length = along.norm() + 2 * body.radius;
-  spec.position = object->pose.translation();
-  // Of a cylinder shorter than thick the axis is in its shape alone.
-  const bool long_one = object->kind == "cylinder" || object->kind == "capsule";
-  spec.axis = long_one
-                  ? Eigen::Vector3d((object->pose * object->shape[0].object_from_primitive).linear().col(2))
-                  : Eigen::Vector3d::UnitX();
-  if (object->kind == "cylinder") spec.length = 2 * object->shape[0].half.z();
-  spec.mass = object->mass;  // 0: fixed
+  spec.length = (body.end - body.start).norm() + 2 * body.radius;
+  spec.position = object.pose.translation();
+  // A trial has to have one; of a kind without an axis nobody reads it (HasAxis).
+  const std::optional<Axis> axis = AxisOf(object);
+  spec.axis = axis ? axis->direction : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  if (object.kind == "cylinder") spec.length = 2 * object.shape[0].half.z();
+  spec.mass = object.mass;  // 0: fixed
   if (body.radius > 0) return spec;
   // Of what is not round, how far it reaches.
-  spec.radius = ReachOf(object->shape);
+  spec.radius = ReachOf(object.shape);
   spec.length = 2 * spec.radius;
   return spec;
 }
@@ -76,7 +68,7 @@ TrialSpec SpecOf(const SimulatedTrial& trial) {
   spec.medium = MediumOf(scene);
   spec.pull = StrongestPull(gripper, scene.phases);
   spec.pull_rate = gripper.pull_rate;
-  spec.object = ObjectOf(Grasped(scene));
+  spec.object = ObjectOf(scene);
   spec.object_distance = 0.0 - spec.object.position.z();
   spec.notes = "simulated from " + fs::path(call.scene).filename().string();
   if (!call.settings.empty()) spec.notes += fmt::format(" with {}", fmt::join(call.settings, ", "));
@@ -98,6 +90,7 @@ HoldingRow RowOf(const HoldingVerdict& verdict) {
   if (result.test == HoldingTest::kStrike) row.strikes = result.strikes;
   row.release_s = result.release_time;
   row.rule = verdict.rule;
+  row.begins_s = verdict.begins;
   return row;
 }
 
@@ -164,6 +157,7 @@ Status Fill(Lab& lab, const std::string& id, const SimulatedTrial& trial) {
   if (run.nothing_passed) row.longest_stick_share = run.longest_stick;
   row.friction = scene.contact.friction;
   row.medium = MediumOf(scene);
+  row.run_key = trial.run_key;
   if (finished.holding) row.holding = RowOf(*finished.holding);
   if (Status s = StoreSimulation(lab, id, row, made); !s.ok()) return s;
   return StoreLink(lab, id, RowsOf(*trial.links), made);
@@ -174,6 +168,19 @@ Status Fill(Lab& lab, const std::string& id, const SimulatedTrial& trial) {
 Status CheckIsTrial(const Scene& scene) {
   if (scene.gripper) return Ok{};
   return Error{ErrorKind::kBadInput, "--lab: a trial has a gripper, and the scene has no [gripper]"};
+}
+
+Result<std::string> RunKey(const SimulateCall& call, const Scene& scene, const std::string& scene_text) {
+  // The level that counts is the run's.
+  const Result<std::string> bare = BareToml(scene_text, call.scene, {"name", "level"});
+  if (!bare.ok()) return bare;
+  return Sha256(fmt::format("{}\n{}\nlevel {}\ntrial {}\nthen {}\nfull {}\n", bare.value(),
+                            scene.gripper ? DesignToml(scene.gripper->design) : "", NameOf(scene.level),
+                            call.trial, call.then, call.full));
+}
+
+Result<std::optional<std::string>> TrialOfRun(Lab& lab, const std::string& run_key) {
+  return FindRun(lab, run_key, ProgramVersion());
 }
 
 Result<std::string> StoreSimulatedTrial(Lab& lab, const SimulatedTrial& trial) {

@@ -5,6 +5,7 @@
 #include "cli/scene_film.h"
 #include "cli/scene_video.h"
 #include "cli/simulate_lab.h"
+#include "cli/simulate_report.h"
 #include "db/files/curve_files.h"
 
 namespace tendril::cli {
@@ -14,8 +15,16 @@ Status KeepTrial(const SimulateCall& call, const FinishedRun& finished, const Li
                  Output& out) {
   Result<Lab> lab = OpenLab(call.lab);
   if (!lab.ok()) return lab.error();
-  const Result<std::string> label =
-      StoreSimulatedTrial(lab.value(), {.call = &call, .finished = &finished, .links = &links});
+  const Result<std::optional<std::string>> there = TrialOfRun(lab.value(), finished.run_key);
+  if (!there.ok()) return there.error();
+  out.fields()["already_there"] = there.value().has_value();
+  if (there.value()) {
+    out.fields()["trial"] = *there.value();
+    out.Print("trial {} of kind simulated, in the lab already: this run is not stored again", *there.value());
+    return Ok{};
+  }
+  const Result<std::string> label = StoreSimulatedTrial(
+      lab.value(), {.call = &call, .finished = &finished, .links = &links, .run_key = finished.run_key});
   if (!label.ok()) return label.error();
   out.fields()["trial"] = label.value();
   out.Print("trial {} of kind simulated, in the lab{}", label.value(),
@@ -37,7 +46,9 @@ Status WriteOutputs(const SimulateCall& call, const FinishedRun& finished, Outpu
     fields["out"] = call.out;
     out.Print("{}: {} frames of {} rods", call.out, done.curves[0].time.size(), done.curves.size());
   }
-  Result<LinkSeries> links = TellLink(scene, done, out);
+  const std::optional<double> until =
+      finished.holding ? std::optional(finished.holding->begins) : std::nullopt;
+  Result<LinkSeries> links = TellLink(scene, done, until, out);
   if (!links.ok()) return links.error();
   if (call.store) {
     if (Status s = KeepTrial(call, finished, links.value(), out); !s.ok()) return s;

@@ -6,7 +6,7 @@
 
 #include "cli/command.h"
 #include "cli/simulate_call.h"
-#include "cli/simulate_report.h"
+#include "cli/simulate_verdict.h"
 #include "model/scene/simulate.h"
 
 namespace tendril::cli {
@@ -19,6 +19,7 @@ struct FinishedRun {
   const Simulated* run = nullptr;  // with a frame or more
   std::optional<HoldingVerdict> holding{};
   double wall_s = 0;
+  std::string run_key{};  // as RunKey; of a run that is to be kept in a lab
 };
 
 // Curves, links, film, picture and trial, as far as they were asked for; says what it wrote.

@@ -2,11 +2,12 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/link/seen_from.h"
 #include "db/files/scene_toml.h"
-#include "model/scene/driven.h"
+#include "model/scene/holding.h"
 
 namespace tendril::cli {
 namespace {
@@ -37,7 +38,7 @@ nlohmann::ordered_json TermsOf(const SimulationPlan& plan) {
   return terms;
 }
 
-void TellPlan(const Scene& scene, const SimulationPlan& plan, Output& out) {
+void TellPlan(const Scene& scene, const SimulationPlan& plan, bool reasons, Output& out) {
   auto& fields = out.fields();
   const std::string level = NameOf(scene.level);
   fields["level"] = level;
@@ -48,12 +49,18 @@ void TellPlan(const Scene& scene, const SimulationPlan& plan, Output& out) {
     out.Print("level {}, steps of {:.3g} s: {}", level, plan.time_step, plan.step_why);
   }
   fields["terms"] = TermsOf(plan);
+  std::vector<std::string> on, off;
   for (const PlanTerm& term : plan.terms) {
-    out.Print("  {:<3} {}: {}", term.on ? "on" : "off", term.name, term.why);
+    (term.on ? on : off).push_back(term.name);
+    if (reasons) out.Print("  {:<3} {}: {}", term.on ? "on" : "off", term.name, term.why);
   }
+  if (reasons) return;
+  if (!on.empty()) out.Print("  on:  {}", fmt::join(on, ", "));
+  if (!off.empty()) out.Print("  off: {}", fmt::join(off, ", "));
+  if (!plan.terms.empty()) out.Print("  (--plan says why)");
 }
 
-void TellRun(const Scene& scene, const Simulated& done, double wall_s, double resumed_at, Output& out) {
+void TellRun(const Scene& scene, const Simulated& done, double wall_s, Output& out) {
   auto& fields = out.fields();
   const double reached = done.curves[0].time.size() > 0 ? done.curves[0].time.tail<1>()[0] : 0;
   fields["wall_s"] = wall_s;
@@ -66,9 +73,10 @@ void TellRun(const Scene& scene, const Simulated& done, double wall_s, double re
                             {"why", done.diverged->why},
                             {"suggested_step_s", done.diverged->suggested_step}};
   }
+  const double speed = std::max(0.0, reached - done.resumed_at) / wall_s;
+  fields["times_real_time"] = speed;
   out.Print("{:.4g} s of {:.4g} in {:.3g} s: {:.3g} times real time, {} {}", reached, scene.duration, wall_s,
-            (reached - resumed_at) / wall_s, done.steps,
-            scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
+            speed, done.steps, scene.level == SimulationLevel::kStatic ? "equilibria" : "steps");
 }
 
 void TellObjects(const Scene& scene, const Simulated& done, Output& out) {
@@ -107,25 +115,23 @@ void TellObjects(const Scene& scene, const Simulated& done, Output& out) {
   }
 }
 
-std::optional<std::size_t> AxialObject(const Scene& scene) {
-  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
-    if (scene.objects[o].body.start != scene.objects[o].body.end) return o;
-  }
-  return std::nullopt;
+std::optional<Axis> AxisOf(const SceneObject& object) {
+  if (object.kind != "cylinder" && object.kind != "capsule") return std::nullopt;
+  return Axis{object.pose.translation(),
+              (object.pose * object.shape.at(0).object_from_primitive).linear().col(2)};
 }
 
-Result<LinkSeries> TellLink(const Scene& scene, const Simulated& done, Output& out) {
+Result<LinkSeries> TellLink(const Scene& scene, const Simulated& done, std::optional<double> grasped_until,
+                            Output& out) {
   LinkOptions options;
-  const std::optional<std::size_t> axial = AxialObject(scene);
-  if (axial) {
-    const FixedBody& body = scene.objects[*axial].body;
-    options.axis = Axis{body.start, body.end - body.start};
-  }
+  const std::optional<std::size_t> grasped = GraspedObject(scene);
+  if (grasped) options.axis = AxisOf(scene.objects[*grasped]);
   // The axis is where it was at the start; curves go with an object that moved.
-  const bool moves = axial && scene.objects[*axial].motion != ObjectMotion::kFixed;
+  const bool moves = options.axis && scene.objects[*grasped].motion != ObjectMotion::kFixed;
   Result<LinkSeries> links =
-      MeasureLinkSeries(moves ? SeenFrom(done.objects[*axial].poses, done.curves) : done.curves, options);
+      MeasureLinkSeries(moves ? SeenFrom(done.objects[*grasped].poses, done.curves) : done.curves, options);
   if (!links.ok()) return links;
+  if (grasped_until) links.value().EndBy(*grasped_until);
   auto& list = out.fields()["link"] = Json::array();
   int jumps = 0;
   for (const LinkEvent& event : links.value().events)
@@ -140,8 +146,14 @@ Result<LinkSeries> TellLink(const Scene& scene, const Simulated& done, Output& o
   out.fields()["bodies_passed"] = certain ? 0 : jumps;
   out.fields()["link_jumps"] = jumps;
   const LinkReport& end = links.value().AtEnd();
-  if (done.curves.size() > 1) out.Print("mutual link {:.4f} turns", end.mutual_link);
-  if (options.axis) out.Print("object link {:.4f} turns", end.object_link);
+  out.fields()["mutual_link"] = OrNull(end.mutual_link);
+  out.fields()["object_link"] = OrNull(end.object_link);
+  out.fields()["link_time_s"] = links.value().EndTime();
+  const std::string when =
+      grasped_until ? fmt::format(" at {:.4g} s, before the test", links.value().EndTime()) : "";
+  if (done.curves.size() > 1) out.Print("mutual link {:.4f} turns{}", end.mutual_link, when);
+  if (options.axis) out.Print("object link {:.4f} turns{}", end.object_link, when);
+  if (grasped && !options.axis) out.Print("no object link: a {} has no axis", scene.objects[*grasped].kind);
   if (jumps > 0 && certain) {
     out.Print(
         "{} jumps of a link between frames, though no body passed through another: to links the object's "
@@ -164,6 +176,7 @@ void TellPassages(const Simulated& done, Output& out) {
   const bool touched = std::isfinite(done.least_axis_distance);
   fields["nothing_passed"] = *done.nothing_passed;
   fields["least_axis_distance_m"] = OrNull(done.least_axis_distance);
+  fields["least_axis_share"] = OrNull(done.least_axis_share);
   fields["longest_move_m"] = done.longest_move;
   fields["longest_stick_share"] = done.longest_stick;
   if (touched) {
@@ -182,40 +195,6 @@ void TellDoubts(const Simulated& done, Output& out) {
   out.Warn(fmt::format(
       "the run cannot be trusted: {} (stiffer contact, slower motions or a shorter step may help)",
       fmt::join(done.doubts, "; ")));
-}
-
-HoldingTest HoldingTestNamed(const std::string& name) {
-  for (const HoldingTest test : {HoldingTest::kLift, HoldingTest::kLoad, HoldingTest::kStrike}) {
-    if (NameOf(test) == name) return test;
-  }
-  return HoldingTest::kRelease;
-}
-
-Result<HoldingVerdict> TellHolding(const Scene& scene, const HoldingPlan& plan, const Simulated& done,
-                                   Output& out) {
-  const Result<std::vector<Driven>> rods = MakeRods(scene, 0);
-  if (!rods.ok()) return rods.error();
-  double mass = 0;
-  for (const Driven& d : rods.value()) mass += d.rod.mass.sum();
-  const Result<HoldingResult> judged = JudgeHolding(scene, plan.test, plan.times, plan.options, done, mass);
-  if (!judged.ok()) return judged.error();
-  const HoldingResult& result = judged.value();
-  const HoldingVerdict verdict{result, RuleOf(plan.test, plan.options),
-                               scene.objects[plan.options.object].mass};
-  out.fields()["holding"] = {{"test", NameOf(result.test)},
-                             {"lifted", result.lifted},
-                             {"held", result.held},
-                             {"grasped", result.Grasped()},
-                             {"rise_m", OrNull(result.rise)},
-                             {"shift_m", OrNull(result.shift)},
-                             {"payload_kg", OrNull(result.payload)},
-                             {"payload_is_least", result.payload_is_least},
-                             {"payload_by_rods_mass", OrNull(result.payload_ratio)},
-                             {"strikes", result.strikes},
-                             {"release_s", OrNull(result.release_time)},
-                             {"rule", verdict.rule}};
-  out.Print("{}: {}", NameOf(result.test), result.Sentence());
-  return verdict;
 }
 
 }  // namespace tendril::cli

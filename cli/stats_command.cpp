@@ -87,9 +87,9 @@ void AddFields(const std::vector<RateGroup>& groups, Output& out) {
   }
 }
 
-void PrintCsv(const StatsCall& call, const std::vector<RateGroup>& groups, Output& out) {
+void PrintCsv(const std::vector<std::string>& by, const std::vector<RateGroup>& groups, Output& out) {
   std::string head;
-  for (const std::string& key : call.by) head += HeadOf(key) + ",";
+  for (const std::string& key : by) head += HeadOf(key) + ",";
   out.Print("{}n,k,rate,wilson95_low,wilson95_high,clopper_pearson95_low,clopper_pearson95_high", head);
   for (const RateGroup& group : groups) {
     std::string line;
@@ -101,11 +101,11 @@ void PrintCsv(const StatsCall& call, const std::vector<RateGroup>& groups, Outpu
   }
 }
 
-void PrintTable(const StatsCall& call, const std::vector<RateGroup>& groups, Output& out) {
+void PrintTable(const std::vector<std::string>& by, const std::vector<RateGroup>& groups, Output& out) {
   std::vector<size_t> widths;
   std::string head;
-  for (size_t i = 0; i < call.by.size(); ++i) {
-    const std::string name = HeadOf(call.by[i]);
+  for (size_t i = 0; i < by.size(); ++i) {
+    const std::string name = HeadOf(by[i]);
     size_t width = name.size();
     for (const RateGroup& group : groups) width = std::max(width, group.keys[i].second.size());
     widths.push_back(width);
@@ -153,10 +153,11 @@ Status RunStats(const StatsCall& call, Output& out) {
   if (call.csv && out.json()) {
     return Error{ErrorKind::kBadInput, "--csv and --json: expected one of them, not both"};
   }
-  const auto question = QuestionOf(call);
+  auto question = QuestionOf(call);
   if (!question.ok()) return question.error();
   auto lab = OpenLab(call.lab);
   if (!lab.ok()) return lab.error();
+  if (const Status split = TellSplit(lab.value(), question.value(), out); !split.ok()) return split;
   const auto groups = CountGrasps(lab.value(), question.value());
   if (!groups.ok()) return groups.error();
   const auto left_out = TellLeftOut(lab.value(), question.value(), out);
@@ -167,10 +168,10 @@ Status RunStats(const StatsCall& call, Output& out) {
     if (Status said = ExplainNothing(call, lab.value(), out); !said.ok()) return said;
   }
   if (call.csv) {
-    PrintCsv(call, groups.value(), out);
+    PrintCsv(question.value().by, groups.value(), out);
   } else if (!groups.value().empty()) {
     out.Print("success rates of {} trials", call.kind);
-    PrintTable(call, groups.value(), out);
+    PrintTable(question.value().by, groups.value(), out);
   }
   return Ok{};
 }

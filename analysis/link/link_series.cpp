@@ -49,6 +49,12 @@ std::string FlagList(LinkFlags flags) { return fmt::format("{}", fmt::join(FlagN
 
 }  // namespace
 
+void LinkSeries::EndBy(double last_time) {
+  constexpr double kRounding = 1e-9;  // s, of frames' times
+  end = 0;
+  while (end + 1 < frames.size() && time[static_cast<Eigen::Index>(end) + 1] <= last_time + kRounding) ++end;
+}
+
 Result<LinkSeries> MeasureLinkSeries(std::span<const CurveSeries> curves, const LinkOptions& options,
                                      const Progress& progress) {
   if (curves.empty()) return Error{ErrorKind::kBadInput, "there is no curve, a link needs one or more"};
@@ -79,6 +85,7 @@ Result<LinkSeries> MeasureLinkSeries(std::span<const CurveSeries> curves, const 
       return Error{ErrorKind::kStopped, fmt::format("stopped after frame {} of {}", frame, frames)};
     }
   }
+  series.end = frames - 1;
   return series;
 }
 

@@ -33,10 +33,14 @@ struct LinkSeries {
   Eigen::VectorXd time;            // s                (frames)
   std::vector<LinkReport> frames;  // one or more
   std::vector<LinkEvent> events;   // in order of time
+  std::size_t end = 0;             // the frame that shows the finished grasp: the last, unless told otherwise
 
   // A trial begins with slack tendons: its first frame is the value at pull 0.
   const LinkReport& AtPullZero() const { return frames.front(); }
-  const LinkReport& AtEnd() const { return frames.back(); }
+  const LinkReport& AtEnd() const { return frames[end]; }
+  double EndTime() const { return time[static_cast<Eigen::Index>(end)]; }  // s
+  // What comes after that time is a test of the grasp: the end is the last frame up to it, s.
+  void EndBy(double last_time);
 };
 
 // Measures every frame. Nodes that an estimator bridged count like seen ones; a curve with a node that is not

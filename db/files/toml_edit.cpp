@@ -53,6 +53,21 @@ Result<toml::node*> EntryOf(toml::array& list, const std::string& setting, const
                                                  list.size() - 1));
 }
 
+Result<toml::table> Parsed(const std::string& text, const std::string& name_in_messages) {
+  try {
+    return toml::parse(text, name_in_messages);
+  } catch (const toml::parse_error& error) {
+    return Error{ErrorKind::kBadInput, fmt::format("{}:{}: not TOML: {}", name_in_messages,
+                                                   error.source().begin.line, error.description())};
+  }
+}
+
+std::string TextOf(const toml::table& root) {
+  std::ostringstream text;
+  text << root << '\n';
+  return text.str();
+}
+
 }  // namespace
 
 Status SetInToml(toml::table& root, const std::string& setting) {
@@ -98,19 +113,21 @@ Status SetInToml(toml::table& root, const std::string& setting) {
 Result<std::string> EditedToml(const std::string& text, const std::string& name_in_messages,
                                const std::vector<std::string>& settings) {
   if (settings.empty()) return text;
-  toml::table root;
-  try {
-    root = toml::parse(text, name_in_messages);
-  } catch (const toml::parse_error& error) {
-    return Error{ErrorKind::kBadInput, fmt::format("{}:{}: not TOML: {}", name_in_messages,
-                                                   error.source().begin.line, error.description())};
-  }
+  Result<toml::table> parsed = Parsed(text, name_in_messages);
+  if (!parsed.ok()) return parsed.error();
+  toml::table& root = parsed.value();
   for (const std::string& setting : settings) {
     if (Status set = SetInToml(root, setting); !set.ok()) return std::move(set).error();
   }
-  std::ostringstream edited;
-  edited << root << '\n';
-  return edited.str();
+  return TextOf(root);
+}
+
+Result<std::string> BareToml(const std::string& text, const std::string& name_in_messages,
+                             const std::vector<std::string>& without) {
+  Result<toml::table> parsed = Parsed(text, name_in_messages);
+  if (!parsed.ok()) return parsed.error();
+  for (const std::string& key : without) parsed.value().erase(key);
+  return TextOf(parsed.value());
 }
 
 }  // namespace tendril

@@ -20,4 +20,11 @@ namespace tendril {
 Result<std::string> EditedToml(const std::string& text, const std::string& name_in_messages,
                                const std::vector<std::string>& settings);
 
+// A file's values alone, in an order and layout that depend on nothing else: texts that say the same give the
+// same.
+//   without  keys of the top that do not count
+//   errors   kBadInput  not TOML (names the line)
+Result<std::string> BareToml(const std::string& text, const std::string& name_in_messages,
+                             const std::vector<std::string>& without = {});
+
 }  // namespace tendril

@@ -60,7 +60,7 @@ void ReadGripper(TomlTable from, Gripper& gripper) {
   from.Integer("tentacles", gripper.tentacles, AtLeast(1));
   from.Number("carrier_radius", gripper.carrier_radius, AtLeast(0, "m"));
   from.Degrees("first_azimuth_deg", gripper.first_azimuth);
-  from.Degrees("tilt_deg", gripper.tilt, Inside(-90, 90, "deg"));
+  from.Degrees("tilt_deg", gripper.tilt, Between(-90, 90, "deg"));
   ReadEnum(from, "handedness", kHands, gripper.handedness);
 }
 

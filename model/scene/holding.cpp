@@ -32,6 +32,15 @@ void Strike(Scene& scene, const HoldingOptions& options, double from) {
 
 }  // namespace
 
+std::optional<std::size_t> GraspedObject(const Scene& scene) {
+  std::optional<std::size_t> stays;
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    if (scene.objects[o].motion != ObjectMotion::kFixed) return o;
+    if (!stays && scene.objects[o].kind != "table") stays = o;
+  }
+  return stays;
+}
+
 std::string NameOf(HoldingTest test) {
   return test == HoldingTest::kLift     ? "lift"
          : test == HoldingTest::kLoad   ? "load"

@@ -6,6 +6,7 @@
 // gravity; without gravity, along z.
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "model/result.h"
@@ -21,6 +22,9 @@ enum class HoldingTest {
   kStrike,   // then it is struck 15 times from each of four sides over a minute
   kRelease,  // then the tendons unwind until the object is free
 };
+
+// What a scene's gripper is to grasp: its first object that can move, else its first that is no table.
+std::optional<std::size_t> GraspedObject(const Scene& scene);
 
 struct HoldingOptions {
   std::size_t object = 0;
