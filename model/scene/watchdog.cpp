@@ -67,6 +67,22 @@ double StoredByMotion(const Driven& d) {
   return energy;
 }
 
+// From an element's axis to a part in whose frame both its ends are given, m: the least along it, to a
+// thousandth of its length. The distance to a convex part falls and rises once along a straight line.
+double LeastDistance(const Primitive& part, const Vector3d& start, const Vector3d& end) {
+  const auto at = [&](double share) { return DistanceTo(part, start + share * (end - start)).distance; };
+  double low = 0, high = 1;
+  while (high - low > 1e-3) {
+    const double third = (high - low) / 3;
+    if (at(low + third) < at(high - third)) {
+      high -= third;
+    } else {
+      low += third;
+    }
+  }
+  return at(0.5 * (low + high));
+}
+
 }  // namespace
 
 std::string Divergence::Sentence() const {
@@ -212,7 +228,10 @@ Divergence FindDeepest(const Scene& scene, const std::vector<Driven>& rods, cons
           continue;
         }
         for (const Primitive& part : object.shape) {
-          const double distance = DistanceTo(part, poses[o].inverse() * middle).distance;
+          const double reach = radius + 0.5 * (at[r].position.col(i + 1) - at[r].position.col(i)).norm();
+          if (DistanceTo(part, poses[o].inverse() * middle).distance > reach) continue;
+          const double distance = LeastDistance(part, poses[o].inverse() * at[r].position.col(i),
+                                                poses[o].inverse() * at[r].position.col(i + 1));
           // A rod alike under the surface would be that near.
           const double share = 0.5 + 0.5 * distance / radius;
           if (!(share < least)) continue;

@@ -184,8 +184,8 @@ StartInside RunInside(double share, bool box) {
   if (box) {
     SceneObject bar;
     bar.name = "bar";
-    bar.shape = {{PrimitiveKind::kBox, 0, {0.02, 0.1, 0.02}}};
-    bar.pose.translation() = Vector3d(0.3, 0, -0.02 - 0.012 * (1 - share));
+    bar.shape = {{PrimitiveKind::kBox, 0, {0.008, 0.1, 0.02}}};
+    bar.pose.translation() = Vector3d(0.29, 0, -0.02 - 0.012 * (1 - share));
     scene.objects = {bar};
   } else {
     rod.name = "other";

@@ -64,6 +64,31 @@ TEST(Watchdog, NamesTheDeepestOverlapTheFarthestTurnAndTheFastest) {
   EXPECT_EQ(fastest.rod + std::to_string(fastest.element), "upper15") << fastest.why;
 }
 
+// Elements of 15 mm that pass a thin bar: what is nearest is beside their middles.
+TEST(Watchdog, FindsTheDeepestPlaceAlongAnElement) {
+  Scene scene = TwoRods();
+  SceneObject bar;
+  bar.name = "bar";
+  bar.shape = {{PrimitiveKind::kCapsule, 0.002, {0, 0, 0.1}}};
+  for (const double along : {0.0, 0.004, 0.0149}) {
+    const std::vector<Driven> rods = MakeRods(scene, 0).value();
+    std::vector<Rod> at{rods[0].rod};
+    const Vector3d start = at[0].position.col(7), end = at[0].position.col(8);
+    const double radius = at[0].radius[7];
+    const Vector3d tangent = (end - start).normalized(), side = tangent.unitOrthogonal();
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), tangent.cross(side)).toRotationMatrix();
+    // Across the rod, 0.9 of its radius deep.
+    pose.translation() = start + along * tangent + (0.1 * radius + 0.002) * side;
+    scene.objects = {bar};
+    scene.rods.resize(1);
+    const Divergence deepest = FindDeepest(scene, {rods[0]}, at, {pose});
+    EXPECT_NE(deepest.why.find(", 0.9 of its radius"), std::string::npos) << along << ": " << deepest.why;
+    EXPECT_TRUE(deepest.element == 7 || (along == 0 && deepest.element == 6)) << deepest.element;
+  }
+}
+
 TEST(Watchdog, SoftContactStopsTheRunBeforeAxesCross) {
   Scene scene = TwoRods();
   scene.contact.stiffness = 1;
