@@ -63,6 +63,25 @@ TEST(SimulateAnswers, ThePlanIsShortAndTheVerdictComesFirst) {
   EXPECT_TRUE(told.at("least_axis_share").is_null()) << "nothing touched";
 }
 
+// docs/formats.md: the scene that is shown whole begins, as it stands there.
+TEST(SimulateAnswers, TheSceneOfTheFormatsPageRuns) {
+  const std::string page = ReadText(TENDRIL_SOURCE_DIR "/docs/formats.md");
+  const std::string open = "```toml\n";
+  const std::size_t block = page.find(open, page.find("A grasp, whole."));
+  ASSERT_NE(block, std::string::npos);
+  const std::size_t begin = block + open.size();
+  const TemporaryFolder folder;
+  WriteText(folder / "paper.toml", "");
+  WriteText(folder / "tube.toml", page.substr(begin, page.find("```", begin) - begin));
+  const json told =
+      Json(RunProgram({"simulate", folder / "tube.toml", "--then", "lift", "--plan", "--json"}));
+  EXPECT_EQ(told.at("level"), "fast");
+  const json run = Json(RunProgram({"simulate", folder / "tube.toml", "--set", "duration=0.1", "--json"}));
+  EXPECT_FALSE(run.contains("warnings")) << run.at("warnings");
+  EXPECT_EQ(run.at("objects")[0].at("motion"), "hanging");
+  EXPECT_EQ(run.at("trusted"), true);
+}
+
 TEST(SimulateAnswers, WhatTouchesIsToldAsAShareToo) {
   const TemporaryFolder folder;
   const json told =
@@ -122,9 +141,8 @@ TEST(SimulateAnswers, ALabKeepsARunOnce) {
   const TemporaryFolder folder;
   const std::string scene = PlateOnAFork(folder), lab = folder / "lab";
   ASSERT_EQ(RunProgram({"init", lab}).exit_code, 0);
-  const auto run = [&](const std::vector<std::string>& more, const std::string& then = "lift") {
-    return Json(
-        RunProgram(Call({"simulate", scene, "--then", then, "--fps", "10", "--lab", lab, "--json"}, more)));
+  const auto run = [&](const std::vector<std::string>& more) {
+    return Json(RunProgram(Call({"simulate", scene, "--fps", "10", "--lab", lab, "--json"}, more)));
   };
   const json first = run({"--label", "first"});
   EXPECT_EQ(first.at("already_there"), false);
@@ -135,38 +153,43 @@ TEST(SimulateAnswers, ALabKeepsARunOnce) {
   // What says the same in other words is the same run: a remark, another name, the level from the call.
   WriteText(scene, "# A remark.\n" + ReadText(scene));
   EXPECT_EQ(run({"--set", "name=renamed", "--level", "fast"}).at("trial"), "first");
-  const auto counted = [&] {
-    return Json(RunProgram({"stats", "--lab", lab, "--kind", "simulated", "--json"}))
-        .at("groups")[0]
-        .at("n")
-        .get<int>();
-  };
-  EXPECT_EQ(counted(), 1);
   // What is another in any of these is another run.
   EXPECT_EQ(run({"--trial", "1"}).at("already_there"), false);
   EXPECT_EQ(run({"--set", "contact.friction=0.5"}).at("already_there"), false);
   EXPECT_EQ(run({"--level", "standard"}).at("already_there"), false);
-  EXPECT_EQ(counted(), 4);
-  EXPECT_EQ(run({"--set", "duration=0.1"}, "load").at("already_there"), false);
+  const auto kept = [&] {
+    return Json(RunProgram({"trials", "list", "--lab", lab, "--json"})).at("trials").size();
+  };
+  EXPECT_EQ(kept(), 4U);
   // A trial that is void stands for nothing.
   ASSERT_EQ(RunProgram({"trials", "void", "first", "--reason", "wrong scene", "--by", "Ada", "--lab", lab})
                 .exit_code,
             0);
   EXPECT_EQ(run({}).at("already_there"), false);
+  EXPECT_EQ(kept(), 5U);
+  EXPECT_EQ(RunProgram({"db", "check", "--lab", lab}).exit_code, 0);
+}
 
+TEST(SimulateAnswers, RatesOfALabAreOfOneTestOfHolding) {
+  const TemporaryFolder folder;
+  const std::string scene = PlateOnAFork(folder), lab = folder / "lab";
+  ASSERT_EQ(RunProgram({"init", lab}).exit_code, 0);
+  for (const std::string test : {"lift", "release"}) {
+    ASSERT_EQ(RunProgram({"simulate", scene, "--then", test, "--fps", "10", "--lab", lab}).exit_code, 0);
+  }
   const auto stats = [&](const std::vector<std::string>& more) {
     return RunProgram(Call({"stats", "--lab", lab, "--kind", "simulated"}, more));
   };
   const ProgramRun mixed = stats({"--by", "level", "--json"});
   EXPECT_THAT(mixed.err, HasSubstr("a rate is of one kind of test"));
+  ASSERT_EQ(Json(mixed).at("groups").size(), 2U);
   EXPECT_EQ(Json(mixed).at("groups")[0].at("test"), "lift");
-  EXPECT_EQ(Json(mixed).at("groups").back().at("test"), "load");
+  EXPECT_EQ(Json(mixed).at("groups")[1].at("test"), "release");
+  EXPECT_THAT(stats({"--csv"}).out, HasSubstr("\nlift,1,"));
   const ProgramRun lifts = stats({"--by", "friction", "--where", "test=lift", "--json"});
   EXPECT_THAT(lifts.err, Not(HasSubstr("one kind")));
   EXPECT_EQ(Json(lifts).at("groups")[0].at("friction"), 0.4);
-  EXPECT_EQ(Json(lifts).at("groups")[0].at("n"), 3);
-  EXPECT_EQ(Json(lifts).at("groups")[1].at("friction"), 0.5);
-  EXPECT_EQ(RunProgram({"db", "check", "--lab", lab}).exit_code, 0);
+  EXPECT_EQ(Json(lifts).at("groups")[0].at("n"), 1);
 }
 
 TEST(SimulateAnswers, TheLevelOfTheCallIsCheckedWithTheScene) {
