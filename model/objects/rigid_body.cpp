@@ -197,10 +197,6 @@ Eigen::Isometry3d RigidBody::Pose() const {
   return pose;
 }
 
-Eigen::Vector3d RigidBody::VelocityAt(const Eigen::Vector3d& point_in_lab) const {
-  return velocity + Spin().cross(point_in_lab - position);
-}
-
 void DriftBody(RigidBody& body, double time) {
   body.position += time * body.velocity;
   const Eigen::Quaterniond turn = FreeTurn(body.inertia, time, body.angular_momentum_in_body);
@@ -234,11 +230,6 @@ double KickOnString(RigidBody& body, const BodyString& string, double time, cons
   body.angular_momentum_in_body = end.MomentumWith(impulse);
   body.velocity += impulse / body.mass;
   return impulse.norm() / time;
-}
-
-double KineticEnergyOf(const RigidBody& body) {
-  return 0.5 * body.mass * body.velocity.squaredNorm() +
-         0.5 * body.angular_momentum_in_body.dot(body.angular_momentum_in_body.cwiseQuotient(body.inertia));
 }
 
 }  // namespace tendril

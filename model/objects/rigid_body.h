@@ -18,9 +18,8 @@ struct RigidBody {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();                  // lab, m/s
   Eigen::Vector3d angular_momentum_in_body = Eigen::Vector3d::Zero();  // kg m^2/s
 
-  Eigen::Vector3d Spin() const;                                           // lab, rad/s
-  Eigen::Isometry3d Pose() const;                                         // lab_from_body
-  Eigen::Vector3d VelocityAt(const Eigen::Vector3d& point_in_lab) const;  // m/s
+  Eigen::Vector3d Spin() const;    // lab, rad/s
+  Eigen::Isometry3d Pose() const;  // lab_from_body
 };
 
 // An inextensible string without mass from a point of the lab to one of the body: it pulls, and never pushes.
@@ -52,7 +51,5 @@ void KickBody(RigidBody& body, double time, const Eigen::Vector3d& force, const 
 //            along the string, which then may be too long
 double KickOnString(RigidBody& body, const BodyString& string, double time, const Eigen::Vector3d& force,
                     const Eigen::Vector3d& torque);
-
-double KineticEnergyOf(const RigidBody& body);  // J
 
 }  // namespace tendril

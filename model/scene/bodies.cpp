@@ -38,7 +38,6 @@ Bodies::Bodies(const Scene& scene, double time_step)
       time_step_(time_step),
       solids_(SolidsOf(scene)),
       loads_(scene.objects.size()),
-      tensions_(scene.objects.size(), 0.0),
       contact_(scene.contact, solids_, MassesOf(scene)) {
   for (const SceneObject& object : scene.objects) {
     RigidBody body;
@@ -100,7 +99,7 @@ void Bodies::Step(double time, std::span<const Wrench> loads) {
     const Wrench own = LoadsOn(b);
     const Vector3d force = loads_[b].force + own.force, torque = loads_[b].torque + own.torque;
     if (object.motion == ObjectMotion::kHanging) {
-      tensions_[b] = KickOnString(bodies_[b], object.string, time_step_, force, torque);
+      KickOnString(bodies_[b], object.string, time_step_, force, torque);
     } else {
       KickBody(bodies_[b], time_step_, force, torque);
     }
@@ -117,14 +116,6 @@ std::vector<Eigen::Isometry3d> Bodies::PosesAt(double from_now) const {
     poses.push_back(body.Pose());
   }
   return poses;
-}
-
-double Bodies::KineticEnergy() const {
-  double energy = 0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (scene_.objects[b].motion != ObjectMotion::kFixed) energy += KineticEnergyOf(bodies_[b]);
-  }
-  return energy;
 }
 
 std::optional<std::size_t> Bodies::NotFinite() const {

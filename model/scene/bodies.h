@@ -28,10 +28,7 @@ class Bodies {
 
   // Poses at a time from now, lab_from_object: exact where the scheme is.
   std::vector<Eigen::Isometry3d> PosesAt(double from_now) const;
-  // The strings' mean tension over the last step, N; 0 where there is none.
-  const std::vector<double>& tensions() const { return tensions_; }
   const RigidBody& body(std::size_t object) const { return bodies_[object]; }
-  double KineticEnergy() const;  // J
   // The first that is not finite.
   std::optional<std::size_t> NotFinite() const;
 
@@ -49,7 +46,6 @@ class Bodies {
   std::vector<ObjectDrag> drags_;  // in a medium
   std::vector<Solid> solids_;
   std::vector<Wrench> loads_;
-  std::vector<double> tensions_;
   SolidContact contact_;
 };
 

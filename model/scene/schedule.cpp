@@ -70,17 +70,14 @@ Schedule::Schedule(std::vector<Phase> phases) : phases_(std::move(phases)) {
     moves_ = moves_ || turns || shakes || !phase.move.isZero(0);
     turns_ = turns_ || turns;
     const double way = phase.move.norm();
-    double shift = 0, speed = kSteepest * way / phase.duration;
+    double speed = kSteepest * way / phase.duration;
     if (shakes) {
-      shift = phase.shake_amplitude.norm();
-      speed += shift * (2 * std::numbers::pi * phase.shake_frequency + kSteepest / FadeTime(phase));
+      speed += phase.shake_amplitude.norm() *
+               (2 * std::numbers::pi * phase.shake_frequency + kSteepest / FadeTime(phase));
     }
-    const double from = offsets_.back().norm();
     starts_.push_back(starts_.back() + phase.duration);
     offsets_.push_back(offsets_.back() + phase.move);
     turneds_.push_back(turns ? Eigen::Matrix3d(TurnOf(phase, 1) * turneds_.back()) : turneds_.back());
-    // On a straight way the farther end is the farthest.
-    farthest_ = std::max(farthest_, std::max(from, offsets_.back().norm()) + shift);
     fastest_ = std::max(fastest_, speed);
     fastest_spin_ = std::max(fastest_spin_, kSteepest * std::abs(phase.turn) / phase.duration);
   }

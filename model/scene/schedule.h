@@ -36,15 +36,13 @@ class Schedule {
   double duration() const { return starts_.back(); }
   // The phase that holds a time; a phase's start belongs to it.
   std::size_t PhaseAt(double time) const;
-  double StartOf(std::size_t phase) const { return starts_[phase]; }
   const std::vector<Phase>& phases() const { return phases_; }
 
   CarrierMotion At(double time) const;
 
   bool moves() const { return moves_; }  // at all, or turns
   bool turns() const { return turns_; }
-  // Bounds over all time, for estimates: of |offset|, m; of |velocity|, m/s; of |spin|, rad/s.
-  double Farthest() const { return farthest_; }
+  // Bounds over all time, for estimates: of |velocity|, m/s; of |spin|, rad/s.
   double Fastest() const { return fastest_; }
   double FastestSpin() const { return fastest_spin_; }
 
@@ -54,7 +52,7 @@ class Schedule {
   std::vector<Eigen::Vector3d> offsets_;  // at those
   std::vector<Eigen::Matrix3d> turneds_;
   bool moves_ = false, turns_ = false;
-  double farthest_ = 0, fastest_ = 0, fastest_spin_ = 0;
+  double fastest_ = 0, fastest_spin_ = 0;
 };
 
 // The largest pull that a gripper's phases, or without any itself, ask for.

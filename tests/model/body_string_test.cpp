@@ -23,6 +23,7 @@ using Eigen::Vector3d;
 using std::numbers::pi;
 using testing_support::AngleBetween;
 using testing_support::AngularMomentum;
+using testing_support::KineticEnergyOf;
 using testing_support::RandomVector;
 using testing_support::Top;
 

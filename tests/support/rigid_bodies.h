@@ -28,6 +28,11 @@ inline RigidBody Top(const Eigen::Vector3d& inertia) {
   return body;
 }
 
+inline double KineticEnergyOf(const RigidBody& body) {  // J
+  return 0.5 * body.mass * body.velocity.squaredNorm() +
+         0.5 * body.angular_momentum_in_body.dot(body.angular_momentum_in_body.cwiseQuotient(body.inertia));
+}
+
 inline double AngleBetween(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   return LogSo3(Eigen::Quaterniond(a.conjugate() * b)).norm();
 }
