@@ -138,11 +138,11 @@ TEST(GraspScenes, UnderWaterTentaclesAndTubeFloat) {
   EXPECT_GT(scene.gravity.x(), 9);
 }
 
-TEST(GraspScenes, TheRollsAreReleasedBeforeTheBallIsThere) {
+TEST(GraspScenes, TheRollsAreReleasedBeforeTheSatelliteIsThere) {
   const Scene scene = Read({"deploy"});
   const Stow& stow = scene.gripper->stowed.value();
-  const SceneObject& ball = scene.objects[0];
-  const double there = -ball.pose.translation().x() / ball.velocity.x();
+  const SceneObject& satellite = scene.objects[0];
+  const double there = -satellite.pose.translation().x() / satellite.velocity.x();
   EXPECT_LT(stow.release_time + stow.unroll_time + 1, there);
 }
 
