@@ -1,0 +1,77 @@
+#pragma once
+// Where a tag of known pattern lies, from all of its pixels: the pattern as a camera would see it
+// (homography, Gaussian blur, contrast) is fitted to the gray levels by damped Gauss-Newton. Finer than edges
+// alone, and works on tags too small or too tilted to be decoded, if it starts within about a module.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "capture/rig/tag_family.h"
+#include "capture/track/tag_detect.h"
+
+namespace tendril {
+
+// A printed pattern, prepared; 1 is white.
+struct TagLook {
+  int modules = 0;       // along a side, with the outermost ring
+  int border_width = 0;  // modules between the corners that the detector reports
+  struct Step {
+    double at;    // modules from the left
+    double rise;  // +1 or -1
+  };
+  std::vector<std::vector<Step>> steps;  // of each row; the pattern's surround counts as black
+};
+
+//   errors  kBadInput: unknown family, no such id
+Result<TagLook> LookOf(const std::string& family, int id);
+
+struct TagFitOptions {
+  double blur_px = 0.7;       // where the fit starts, standard deviation of lens and pixel
+  double blur_spread = 0.25;  // how far blur is expected from there, as its logarithm's standard deviation
+  double largest_shift_px = 4;
+  double least_contrast = 20;      // gray levels
+  double largest_residual = 0.12;  // root mean square, of the contrast
+  int most_iterations = 20;
+};
+
+// Why a fit is not to be believed.
+enum class TagFitFault {
+  kNone,
+  kOutside,     // less than 0.7 of it lies in the picture
+  kTooSmall,    // fewer pixels than a fit needs, or its start is no quadrilateral
+  kNoContrast,  // or its contrast is reversed
+  kMoved,       // farther than largest_shift_px
+  kNotThisTag,  // residual: something else, partly hidden, glare
+  kNotSettled,  // no minimum within most_iterations
+};
+const char* NameOf(TagFitFault fault);
+
+struct TagFit {
+  TagFitFault fault = TagFitFault::kNone;
+  Eigen::Matrix<double, 2, 4> corners_px = Eigen::Matrix<double, 2, 4>::Zero();  // in the detector's order
+  // Of (x, y) of one corner after the other, px^2; from the residual, pixels taken as independent.
+  Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();
+  double white = 0, black = 0, surround = 0;  // gray levels
+  double blur_px = 0;
+  double residual = 0;  // root mean square, of white - black
+  int pixels = 0;
+  int iterations = 0;
+};
+
+//   corners_px  where it starts
+TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<double, 2, 4>& corners_px,
+              const TagFitOptions& options = {});
+
+// What FitTag fits: the shares of white and of the surround that a camera sees at a place in the pattern, and
+// their derivatives. Exported for tests.
+//   covariance  of the blur, modules^2
+struct SeenTag {
+  double white, by_u, by_v;  // u: modules from the left, v: from the top
+  double by_blur;            // by the logarithm of the blur's standard deviation
+  double surround, surround_by_u, surround_by_v;
+};
+std::vector<SeenTag> SeeTag(const TagLook& look, const Eigen::Matrix2d& covariance,
+                            const Eigen::Matrix2Xd& places);
+
+}  // namespace tendril
