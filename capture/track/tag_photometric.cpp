@@ -448,7 +448,7 @@ TagFit FitTag(const GrayImage& image, const TagLook& look, const Corners& corner
     if (!(way.cwiseAbs().maxCoeff() < 50)) break;
     // What is left to gain is less than a tenth of a corner's own uncertainty.
     const double gain = -gradient.dot(step), noise = cost / std::max(1, fit.pixels - kUnknowns);
-    settled = gain < 0.02 * noise && !problem.far();
+    settled = gain < options.settled_gain * noise && !problem.far();
     Normals next_normals;
     Unknowns next_gradient;
     const double next_cost = problem.Cost(next, &next_normals, &next_gradient);

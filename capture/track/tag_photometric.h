@@ -33,6 +33,7 @@ struct TagFitOptions {
   double least_contrast = 20;      // gray levels
   double largest_residual = 0.12;  // root mean square, of the contrast
   int most_iterations = 20;
+  double settled_gain = 0.02;  // where what is left to gain is less, in units of the residual's variance
 };
 
 // Why a fit is not to be believed.
@@ -45,6 +46,7 @@ enum class TagFitFault {
   kNotThisTag,  // residual: something else, partly hidden, glare
   kNotSettled,  // no minimum within most_iterations
 };
+inline constexpr int kTagFitFaults = 7;
 const char* NameOf(TagFitFault fault);
 
 struct TagFit {

@@ -1,0 +1,78 @@
+#pragma once
+// The tags of one camera, from frame to frame: decoded rarely, tracked always. A tag that was decoded once is
+// predicted, fitted where it should be (tag_photometric.h) and confirmed by decoding from time to time.
+
+#include <array>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "capture/track/tag_detect.h"
+#include "capture/track/tag_photometric.h"
+
+namespace tendril {
+
+enum class TagTrackLevel {
+  kPreview,   // few steps of the fit, decoding rarely
+  kStandard,  // settled fits
+  kBest,      // settled fits, decoding in every frame
+};
+const char* NameOf(TagTrackLevel level);
+
+struct TagTrackOptions {
+  TagTrackLevel level = TagTrackLevel::kStandard;
+  TagDetectOptions detect;
+  TagFitOptions fit;
+  int decode_every = 0;  // frames; 0: the level's
+  int keep_unseen = 3;   // frames that a tag may be missed in before it must be decoded anew
+};
+
+struct TrackedTag {
+  int id = 0;
+  Eigen::Matrix<double, 2, 4> corners_px;
+  Eigen::Matrix<double, 8, 8> covariance;  // as TagFit
+  double blur_px = 0;
+  double residual = 0;
+  bool decoded = false;  // in this frame, too
+};
+
+struct TagTrackCounts {
+  long frames = 0, decodes = 0;
+  long fitted = 0, found = 0;                // tags fitted where they should be; found by decoding
+  std::array<long, kTagFitFaults> faults{};  // by TagFitFault: what was expected and not believed
+  long changed = 0;                          // decoding found another place for it than tracking had
+};
+
+class TagTracker {
+ public:
+  //   errors  kBadInput: as TagDetector::Create
+  static Result<TagTracker> Create(const TagTrackOptions& options);
+
+  // The next frame's tags in ascending id.
+  //   errors  kBadInput: as TagDetector::Detect
+  Result<std::vector<TrackedTag>> Next(const GrayImage& image);
+
+  const TagTrackCounts& counts() const { return counts_; }
+
+ private:
+  struct Track {
+    Eigen::Matrix<double, 2, 4> corners_px, way_px;  // in the last frame it was seen in; from the one before
+    double blur_px = 0;
+    int unseen = 0;  // frames
+    bool moving = false;
+  };
+  TagTracker(TagTrackOptions options, TagDetector detector);
+  const TagLook* Look(int id);
+  bool Follow(const GrayImage& image, int id, Track& track, TrackedTag& tag);
+  Status Decode(const GrayImage& image, std::vector<TrackedTag>& tags);
+
+  TagTrackOptions options_;
+  TagDetector detector_;
+  std::map<int, TagLook> looks_;
+  std::map<int, Track> tracks_;
+  int since_decode_ = 0;
+  bool lost_ = true;  // a tag since the last decode
+  TagTrackCounts counts_;
+};
+
+}  // namespace tendril
