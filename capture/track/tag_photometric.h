@@ -4,27 +4,11 @@
 // alone, and works on tags too small or too tilted to be decoded, if it starts within about a module.
 
 #include <Eigen/Core>
-#include <string>
-#include <vector>
 
-#include "capture/rig/tag_family.h"
 #include "capture/track/tag_detect.h"
+#include "capture/track/tag_look.h"
 
 namespace tendril {
-
-// A printed pattern, prepared; 1 is white.
-struct TagLook {
-  int modules = 0;       // along a side, with the outermost ring
-  int border_width = 0;  // modules between the corners that the detector reports
-  struct Step {
-    double at;    // modules from the left
-    double rise;  // +1 or -1
-  };
-  std::vector<std::vector<Step>> steps;  // of each row; the pattern's surround counts as black
-};
-
-//   errors  kBadInput: unknown family, no such id
-Result<TagLook> LookOf(const std::string& family, int id);
 
 struct TagFitOptions {
   double blur_px = 0.7;       // where the fit starts, standard deviation of lens and pixel
@@ -65,15 +49,10 @@ struct TagFit {
 TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<double, 2, 4>& corners_px,
               const TagFitOptions& options = {});
 
-// What FitTag fits: the shares of white and of the surround that a camera sees at a place in the pattern, and
-// their derivatives. Exported for tests.
-//   covariance  of the blur, modules^2
-struct SeenTag {
-  double white, by_u, by_v;  // u: modules from the left, v: from the top
-  double by_blur;            // by the logarithm of the blur's standard deviation
-  double surround, surround_by_u, surround_by_v;
-};
-std::vector<SeenTag> SeeTag(const TagLook& look, const Eigen::Matrix2d& covariance,
-                            const Eigen::Matrix2Xd& places);
+// The same, faster, for a tag that is fitted in frame after frame: `table` is its look under the blur of the
+// last fit, made anew where that no longer serves. Corners are those of FitTag within a tenth of their
+// uncertainty.
+TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<double, 2, 4>& corners_px,
+              const TagFitOptions& options, TagTable& table);
 
 }  // namespace tendril

@@ -61,10 +61,10 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, TrackedTag
   fit.largest_shift_px = options_.fit.largest_shift_px;
   const Corners there =
       track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
-  TagFit found = FitTag(image, *look, there, fit);
+  TagFit found = FitTag(image, *look, there, fit, track.table);
   // What was about to stop or turn.
   if (found.fault != TagFitFault::kNone && track.moving && track.unseen == 0) {
-    const TagFit again = FitTag(image, *look, track.corners_px, fit);
+    const TagFit again = FitTag(image, *look, track.corners_px, fit, track.table);
     if (again.fault == TagFitFault::kNone) found = again;
   }
   if (found.fault != TagFitFault::kNone) {
@@ -102,8 +102,9 @@ Status TagTracker::Decode(const GrayImage& image, std::vector<TrackedTag>& tags)
       ++counts_.changed;
       tags.erase(tag);
     }
-    Track track{
-        .corners_px = detection.corners_px, .way_px = Corners::Zero(), .blur_px = options_.fit.blur_px};
+    Track track;
+    track.corners_px = detection.corners_px;
+    track.blur_px = options_.fit.blur_px;
     TrackedTag found;
     if (!Follow(image, detection.id, track, found)) continue;
     track.moving = false;  // one frame tells no way

@@ -56,8 +56,10 @@ class TagTracker {
 
  private:
   struct Track {
-    Eigen::Matrix<double, 2, 4> corners_px, way_px;  // in the last frame it was seen in; from the one before
+    Eigen::Matrix<double, 2, 4> corners_px;  // in the last frame it was seen in
+    Eigen::Matrix<double, 2, 4> way_px = Eigen::Matrix<double, 2, 4>::Zero();  // from frame to frame
     double blur_px = 0;
+    TagTable table;
     int unseen = 0;  // frames
     bool moving = false;
   };

@@ -51,7 +51,7 @@ TEST(TagPhotometric, SeesWhatSamplesOfTheBlurSee) {
     const Eigen::Matrix2d covariance = s * s * q * Eigen::Vector2d(1, 2).asDiagonal() * q.transpose();
     Eigen::Matrix2Xd places(2, 1);
     places << place(random), place(random);
-    const SeenTag seen = SeeTag(Look(id), covariance, places).front();
+    const SeenTag seen = TagSeer(Look(id), covariance).See(places(0, 0), places(1, 0));
     const double expected = BySamples(PatternOf("tag36h11", id).value(), covariance, places.col(0));
     EXPECT_NEAR(seen.white, expected, 0.012) << trial;
   }
@@ -68,11 +68,11 @@ TEST(TagPhotometric, ItsDerivativesAreThoseOfWhatItSees) {
     const auto value = [&](double u, double v, double scale) {
       Eigen::Matrix2Xd places(2, 1);
       places << u, v;
-      return SeeTag(look, scale * scale * covariance, places).front().white;
+      return TagSeer(look, scale * scale * covariance).See(u, v).white;
     };
     Eigen::Matrix2Xd places(2, 1);
     places << at;
-    const SeenTag seen = SeeTag(look, covariance, places).front();
+    const SeenTag seen = TagSeer(look, covariance).See(at.x(), at.y());
     constexpr double kStep = 1e-3;
     EXPECT_NEAR(seen.by_u,
                 (value(at.x() + kStep, at.y(), 1) - value(at.x() - kStep, at.y(), 1)) / (2 * kStep), 1e-2);

@@ -1,0 +1,96 @@
+#pragma once
+// What a tag looks like through a camera's blur: the share of white at any place of its printed pattern.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "capture/rig/tag_family.h"
+#include "model/result.h"
+
+namespace tendril {
+
+// A printed pattern, prepared; 1 is white.
+struct TagLook {
+  int modules = 0;       // along a side, with the outermost ring
+  int border_width = 0;  // modules between the corners that the detector reports
+  struct Step {
+    double at;    // modules from the left
+    double rise;  // +1 or -1
+  };
+  std::vector<std::vector<Step>> steps;  // of each row; the pattern's surround counts as black
+};
+
+//   errors  kBadInput: unknown family, no such id
+Result<TagLook> LookOf(const std::string& family, int id);
+
+// The shares of white and of the surround that a camera sees at a place in the pattern, and
+// their derivatives.
+struct SeenTag {
+  double white, by_u, by_v;  // u: modules from the left, v: from the top
+  double by_blur;            // by the logarithm of the blur's standard deviation
+  double surround, surround_by_u, surround_by_v;
+};
+// Rows of a pattern blurred along u, at a fixed spacing: value, slope and curvature.
+struct TagProfiles {
+  int per_module = 0, beyond = 0;  // modules on either side
+  int length = 0, rows = 0;
+  std::vector<double> value, slope, curvature;  // [row][length]
+  struct At {
+    double value, slope, curvature;
+  };
+
+  void Make(const TagLook& look, double sigma, int per_module, int beyond);
+  At Look(int row, double u) const;
+};
+
+// By the definition, but that blur leaning against the rows is taken by its middle in each row: 0.01 of the
+// contrast at most, seen 45 degrees from the side.
+class TagSeer {
+ public:
+  //   covariance  of the blur, modules^2; positive
+  TagSeer(const TagLook& look, const Eigen::Matrix2d& covariance);
+  SeenTag See(double u, double v) const;
+
+ private:
+  void Surround(double u, double v, SeenTag& seen) const;
+
+  int rows_;
+  double along_, both_, across_, sigma_, lean_;
+  TagProfiles profiles_;
+};
+
+// The same in a table of kPerModule places to a module, to the first order between them: for tags that are
+// fitted again and again under nearly the same blur.
+class TagTable {
+ public:
+  static constexpr int kPerModule = 8;
+  struct Seen {
+    float white, by_u, by_v, by_blur, surround, surround_by_u, surround_by_v, unused;
+  };
+
+  void Make(const TagLook& look, const Eigen::Matrix2d& covariance);
+  // Whether it is near enough to a table of this covariance.
+  bool Serves(const Eigen::Matrix2d& covariance) const;
+  // u, v within half a module of the pattern.
+  Seen See(float u, float v) const {
+    const float across = (v + 0.5f) * kPerModule, along = (u + 0.5f) * kPerModule;
+    int row = static_cast<int>(across + 0.5f), column = static_cast<int>(along + 0.5f);
+    row = row < 0 ? 0 : row >= side_ ? side_ - 1 : row;
+    column = column < 0 ? 0 : column >= side_ ? side_ - 1 : column;
+    Seen seen = seen_[static_cast<std::size_t>(row * side_ + column)];
+    const float du = (along - static_cast<float>(column)) * (1.0f / kPerModule);
+    const float dv = (across - static_cast<float>(row)) * (1.0f / kPerModule);
+    seen.white += du * seen.by_u + dv * seen.by_v;
+    seen.surround += du * seen.surround_by_u + dv * seen.surround_by_v;
+    return seen;
+  }
+  const Eigen::Matrix2d& covariance() const { return covariance_; }
+
+ private:
+  Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();
+  int side_ = 0;
+  std::vector<Seen> seen_;  // [v][u]
+};
+
+}  // namespace tendril
