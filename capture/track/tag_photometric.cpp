@@ -122,14 +122,15 @@ class Problem {
 // A row of the Jacobian: how what a pixel sees changes with the unknowns. The pattern moves under the pixel:
 // gray by pixel, then pixel by homography with its sign turned.
 //   g       tag_from_pixel
-//   tx, ty  where the pixel is in the tag; d the inverse of its depth there
+//   tx, ty  where the pixel is in the tag; s the inverse of its depth there
 template <class S, class Seen>
-inline void RowOf(const S* x, const S* g, S half, S px, S py, S tx, S ty, S d, const Seen& seen, S* row) {
+inline void RowOf(const S* x, const S* g, S half, S px, S py, S tx, S ty, S s, const Seen& seen, S* row) {
+  const S d = 1 / s;
   const S by_tx = half * d * (x[kWhite] * seen.by_u + x[kSurround] * seen.surround_by_u);
   const S by_ty = half * d * (x[kWhite] * seen.by_v + x[kSurround] * seen.surround_by_v);
   const S by_x = by_tx * (g[0] - tx * g[6]) + by_ty * (g[3] - ty * g[6]);
   const S by_y = by_tx * (g[1] - tx * g[7]) + by_ty * (g[4] - ty * g[7]);
-  const S s = 1 / (x[6] * tx + x[7] * ty + 1), cx = -s * by_x, cy = -s * by_y;
+  const S cx = -s * by_x, cy = -s * by_y;
   const S bend = -(cx * px + cy * py);
   const S all[kUnknowns] = {cx * tx,   cx * ty,   cx, cy * tx,    cy * ty,       cy,
                             bend * tx, bend * ty, 1,  seen.white, seen.surround, x[kWhite] * seen.by_blur};
@@ -171,12 +172,12 @@ class PlainProblem : public Problem {
     double cost = Prior(x, normals, gradient);
     Unknowns j;
     for (const Pixel& p : pixels_) {
-      const double d = 1 / (g[6] * p.x + g[7] * p.y + g[8]);
-      const double tx = d * (g[0] * p.x + g[1] * p.y + g[2]), ty = d * (g[3] * p.x + g[4] * p.y + g[5]);
+      const double s = g[6] * p.x + g[7] * p.y + g[8];
+      const double tx = (g[0] * p.x + g[1] * p.y + g[2]) / s, ty = (g[3] * p.x + g[4] * p.y + g[5]) / s;
       const SeenTag seen = seer.See(tx * half_ + 0.5 * look_.modules, ty * half_ + 0.5 * look_.modules);
       const double residual = x[kBlack] + x[kWhite] * seen.white + x[kSurround] * seen.surround - p.gray;
       cost += residual * residual;
-      RowOf(x.data(), g, half_, p.x, p.y, tx, ty, d, seen, j.data());
+      RowOf(x.data(), g, half_, p.x, p.y, tx, ty, s, seen, j.data());
       normals.selfadjointView<Eigen::Lower>().rankUpdate(j);
       gradient += residual * j;
     }
@@ -189,22 +190,27 @@ class PlainProblem : public Problem {
 class TableProblem : public Problem {
  public:
   TableProblem(const TagLook& look, const std::vector<Pixel>& pixels, const TagFitOptions& options,
-               TagTable& table)
+               TagFollow& follow)
       : Problem(look, pixels, options),
-        table_(table),
+        follow_(follow),
         rows_(kUnknowns + 1, static_cast<Eigen::Index>(pixels.size())) {}
 
   // Makes the table anew where it must; false: the tag is degenerate.
   bool Prepare(const Unknowns& x) {
     const Eigen::Matrix2d blur = BlurOf(x, Matrix(x).inverse(), half_, options_.blur_px);
     if (!IsFine(blur)) return false;
-    if (!table_.Serves(blur)) table_.Make(look_, blur);
+    if (!follow_.table.Serves(blur)) follow_.table.Make(look_, blur);
+    if (follow_.white - follow_.black > 0) ComeNear();
     return true;
   }
 
   void StartContrast(Unknowns& x) const override {
     Eigen::Matrix3d normals = Eigen::Vector3d(0, 0, 1e-6).asDiagonal();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    if (follow_.white - follow_.black > 0) {
+      x.segment<3>(kBlack) << follow_.black, follow_.white - follow_.black, follow_.surround - follow_.black;
+      return;
+    }
     ForEach(x, [&](const Pixel& p, float, float, float, const TagTable::Seen& seen) {
       const Eigen::Vector3d j(1, seen.white, seen.surround);
       normals += j * j.transpose();
@@ -220,11 +226,11 @@ class TableProblem : public Problem {
     // What blur has come to since the table's, to the first order.
     const float change = static_cast<float>(x[kBlur] - std::log(options_.blur_px));
     float* row = rows_.data();
-    ForEach(x, [&](const Pixel& p, float tx, float ty, float d, const TagTable::Seen& as_made) {
+    ForEach(x, [&](const Pixel& p, float tx, float ty, float s, const TagTable::Seen& as_made) {
       TagTable::Seen seen = as_made;
       seen.white += change * seen.by_blur;
       const float px = static_cast<float>(p.x), py = static_cast<float>(p.y);
-      RowOf(xf.data(), g.data(), half, px, py, tx, ty, d, seen, row);
+      RowOf(xf.data(), g.data(), half, px, py, tx, ty, s, seen, row);
       row[kUnknowns] =
           xf[kBlack] + xf[kWhite] * seen.white + xf[kSurround] * seen.surround - static_cast<float>(p.gray);
       row += kUnknowns + 1;
@@ -244,14 +250,14 @@ class TableProblem : public Problem {
     const float half = static_cast<float>(half_), middle = 0.5f * static_cast<float>(look_.modules);
     for (const Pixel& p : pixels_) {
       const float px = static_cast<float>(p.x), py = static_cast<float>(p.y);
-      const float d = 1 / (g(2, 0) * px + g(2, 1) * py + g(2, 2));
+      const float s = g(2, 0) * px + g(2, 1) * py + g(2, 2), d = 1 / s;
       const float tx = d * (g(0, 0) * px + g(0, 1) * py + g(0, 2));
       const float ty = d * (g(1, 0) * px + g(1, 1) * py + g(1, 2));
-      work(p, tx, ty, d, table_.See(tx * half + middle, ty * half + middle));
+      work(p, tx, ty, s, follow_.table.See(tx * half + middle, ty * half + middle));
     }
   }
 
-  TagTable& table_;
+  TagFollow& follow_;
   Eigen::Matrix<float, kUnknowns + 1, Eigen::Dynamic> rows_;
   Eigen::Matrix<float, kUnknowns + 1, kUnknowns + 1> sums_;
 };
@@ -272,6 +278,10 @@ Chosen ChoosePixels(const GrayImage& image, const TagLook& look, const Unknowns&
     low = low.cwiseMin(p.head<2>() / p.z());
     high = high.cwiseMax(p.head<2>() / p.z());
   }
+  // What is kept off the rim, in tag coordinates: as in the middle.
+  const double s = 1 / (g(2, 0) * x[2] + g(2, 1) * x[5] + g(2, 2));
+  const double rim_x = rim - kInside * blur * s * std::hypot(g(0, 0), g(0, 1));
+  const double rim_y = rim - kInside * blur * s * std::hypot(g(1, 0), g(1, 1));
   Chosen chosen;
   double all = 0;
   const Eigen::Vector2i from = (low + middle).array().floor().cast<int>();
@@ -282,9 +292,7 @@ Chosen ChoosePixels(const GrayImage& image, const TagLook& look, const Unknowns&
       const double d = 1 / (g(2, 0) * px + g(2, 1) * py + g(2, 2));
       const double tx = d * (g(0, 0) * px + g(0, 1) * py + g(0, 2));
       const double ty = d * (g(1, 0) * px + g(1, 1) * py + g(1, 2));
-      const double ax = std::hypot(d * (g(0, 0) - tx * g(2, 0)), d * (g(0, 1) - tx * g(2, 1)));
-      const double ay = std::hypot(d * (g(1, 0) - ty * g(2, 0)), d * (g(1, 1) - ty * g(2, 1)));
-      if (std::abs(tx) > rim - kInside * blur * ax || std::abs(ty) > rim - kInside * blur * ay) continue;
+      if (std::abs(tx) > rim_x || std::abs(ty) > rim_y) continue;
       all += 1;
       if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
       chosen.pixels.push_back(
@@ -424,15 +432,20 @@ TagFit FitTag(const GrayImage& image, const TagLook& look, const Corners& corner
 }
 
 TagFit FitTag(const GrayImage& image, const TagLook& look, const Corners& corners_px,
-              const TagFitOptions& options, TagTable& table) {
+              const TagFitOptions& options, TagFollow& follow) {
   Started started = Start(image, look, corners_px, options);
   if (started.fit.fault != TagFitFault::kNone) return started.fit;
-  TableProblem problem(look, started.pixels, options, table);
+  TableProblem problem(look, started.pixels, options, follow);
   if (!problem.Prepare(started.x)) {
     started.fit.fault = TagFitFault::kTooSmall;
     return started.fit;
   }
-  return Settle(started, problem, options);
+  TagFit fit = Settle(started, problem, options);
+  const bool believed = fit.fault == TagFitFault::kNone;
+  follow.black = believed ? fit.black : 0;
+  follow.white = believed ? fit.white : 0;
+  follow.surround = believed ? fit.surround : 0;
+  return fit;
 }
 
 }  // namespace tendril

@@ -49,10 +49,15 @@ struct TagFit {
 TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<double, 2, 4>& corners_px,
               const TagFitOptions& options = {});
 
-// The same, faster, for a tag that is fitted in frame after frame: `table` is its look under the blur of the
-// last fit, made anew where that no longer serves. Corners are those of FitTag within a tenth of their
-// uncertainty.
+// What is known of a tag that is fitted in frame after frame: its look under the last fit's blur, and its
+// brightness.
+struct TagFollow {
+  TagTable table;
+  double black = 0, white = 0, surround = 0;  // gray levels; all 0: not known
+};
+// The same, faster: with what is known from the frame before, and a table that is made anew where it no
+// longer serves. Corners are those of the above within 0.6 of their uncertainty.
 TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<double, 2, 4>& corners_px,
-              const TagFitOptions& options, TagTable& table);
+              const TagFitOptions& options, TagFollow& follow);
 
 }  // namespace tendril

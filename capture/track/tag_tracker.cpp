@@ -37,8 +37,8 @@ Result<TagTracker> TagTracker::Create(const TagTrackOptions& options) {
                                                                       : 1;
   }
   if (options.level == TagTrackLevel::kPreview) {
-    chosen.fit.most_iterations = 4;
-    chosen.fit.settled_gain = 2;
+    chosen.fit.most_iterations = 6;
+    chosen.fit.settled_gain = 10;
   }
   Result<TagDetector> detector = TagDetector::Create(chosen.detect);
   if (!detector.ok()) return detector.error();
@@ -61,10 +61,10 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, TrackedTag
   fit.largest_shift_px = options_.fit.largest_shift_px;
   const Corners there =
       track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
-  TagFit found = FitTag(image, *look, there, fit, track.table);
+  TagFit found = FitTag(image, *look, there, fit, track.follow);
   // What was about to stop or turn.
   if (found.fault != TagFitFault::kNone && track.moving && track.unseen == 0) {
-    const TagFit again = FitTag(image, *look, track.corners_px, fit, track.table);
+    const TagFit again = FitTag(image, *look, track.corners_px, fit, track.follow);
     if (again.fault == TagFitFault::kNone) found = again;
   }
   if (found.fault != TagFitFault::kNone) {
@@ -90,7 +90,7 @@ Status TagTracker::Decode(const GrayImage& image, std::vector<TrackedTag>& tags)
   if (!detections.ok()) return detections.error();
   ++counts_.decodes;
   since_decode_ = 0;
-  lost_ = false;
+  searches_ = std::max(0, searches_ - 1);
   for (const TagDetection& detection : detections.value()) {
     const auto tag =
         std::find_if(tags.begin(), tags.end(), [&](const TrackedTag& t) { return t.id == detection.id; });
@@ -110,7 +110,7 @@ Status TagTracker::Decode(const GrayImage& image, std::vector<TrackedTag>& tags)
     track.moving = false;  // one frame tells no way
     ++counts_.found;
     found.decoded = true;
-    tracks_.insert_or_assign(detection.id, track);
+    tracks_.insert_or_assign(detection.id, std::move(track));
     tags.push_back(found);
   }
   return Ok{};
@@ -126,7 +126,7 @@ Result<std::vector<TrackedTag>> TagTracker::Next(const GrayImage& image) {
       ++counts_.fitted;
       tags.push_back(tag);
     } else if (++it->second.unseen > options_.keep_unseen) {
-      lost_ = true;
+      searches_ = 4;
       it = tracks_.erase(it);
       continue;
     }
@@ -134,7 +134,7 @@ Result<std::vector<TrackedTag>> TagTracker::Next(const GrayImage& image) {
   }
   const bool first = counts_.decodes == 0;
   // What is lost is looked for sooner, but not in every frame: it may be gone.
-  const int wait = lost_ ? std::max(1, options_.decode_every / 4) : options_.decode_every;
+  const int wait = searches_ > 0 ? std::max(1, options_.decode_every / 4) : options_.decode_every;
   if (first || since_decode_ >= wait) {
     if (const Status decoded = Decode(image, tags); !decoded.ok()) return decoded.error();
   }

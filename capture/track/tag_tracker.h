@@ -59,7 +59,7 @@ class TagTracker {
     Eigen::Matrix<double, 2, 4> corners_px;  // in the last frame it was seen in
     Eigen::Matrix<double, 2, 4> way_px = Eigen::Matrix<double, 2, 4>::Zero();  // from frame to frame
     double blur_px = 0;
-    TagTable table;
+    TagFollow follow;
     int unseen = 0;  // frames
     bool moving = false;
   };
@@ -73,7 +73,7 @@ class TagTracker {
   std::map<int, TagLook> looks_;
   std::map<int, Track> tracks_;
   int since_decode_ = 0;
-  bool lost_ = true;  // a tag since the last decode
+  int searches_ = 0;  // decodes that are to be made soon, for what was lost
   TagTrackCounts counts_;
 };
 

@@ -130,6 +130,31 @@ TEST(TagPhotometric, CornersOfSmallTiltedTagsAreFoundToATenthOfAPixel) {
   EXPECT_LT(std::sqrt(squares / found), 0.05);
 }
 
+TEST(TagPhotometric, TheTableFitsAsThePlainFormDoes) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int trial = 0; trial < 100; ++trial) {
+    const double blur = 0.6 + 0.6 * unit(random);
+    const Sample s = Draw(trial, 16 + 6 * unit(random), 0.7 * unit(random), blur, 3, random);
+    const std::vector<unsigned char> bytes = s.picture.Bytes();
+    const GrayImage image{bytes.data(), 80, 80, 80};
+    const TagLook look = Look(trial);
+    const Eigen::Matrix<double, 2, 4> start = s.truth.colwise() + Eigen::Vector2d(unit(random) - 0.5, 0.4);
+    TagFitOptions options;
+    options.blur_px = std::sqrt(blur * blur + 1.0 / 12) * (1 + 0.1 * (unit(random) - 0.5));
+    const TagFit plain = FitTag(image, look, start, options);
+    TagFollow follow;
+    for (int again = 0; again < 2; ++again) {
+      const TagFit fast = FitTag(image, look, start, options, follow);
+      ASSERT_EQ(plain.fault, TagFitFault::kNone);
+      ASSERT_EQ(fast.fault, TagFitFault::kNone) << trial;
+      const double sigma = std::sqrt(plain.covariance.diagonal().maxCoeff());
+      EXPECT_LT((fast.corners_px - plain.corners_px).cwiseAbs().maxCoeff(), 0.6 * sigma + 2e-3) << trial;
+      EXPECT_NEAR(fast.blur_px, plain.blur_px, 0.05);
+    }
+  }
+}
+
 TEST(TagPhotometric, TagsTooTiltedToBeDecodedAreKept) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(0, 1);
