@@ -31,6 +31,13 @@ Status ReadGripper(TomlTable table, const fs::path& scene_file, SceneGripper& g)
   table.Integer("tentacles", g.gripper.tentacles, Between(1, 1000));
   table.Number("carrier_radius", g.gripper.carrier_radius, AtLeast(0, "m"));
   table.Degrees("first_azimuth_deg", g.gripper.first_azimuth);
+  if (table.Number("pair_spacing", g.gripper.pair_spacing, AtLeast(0, "m")) &&
+      g.gripper.pair_spacing > WidestPairSpacing(g.gripper)) {
+    table.Reject("pair_spacing", g.gripper.tentacles % 2 != 0
+                                     ? "an even number of tentacles beside it"
+                                     : fmt::format("at most {:.4g} m: beyond, pairs reach into each other",
+                                                   WidestPairSpacing(g.gripper)));
+  }
   table.Degrees("tilt_deg", g.gripper.tilt, Between(-90, 90, "deg"));
   std::string handedness = "mirror", map = "turning", shortening = "carrier";
   table.Choice("handedness", handedness, {"mirror", "normals", "same"});

@@ -60,6 +60,7 @@ void ReadGripper(TomlTable from, Gripper& gripper) {
   from.Integer("tentacles", gripper.tentacles, AtLeast(1));
   from.Number("carrier_radius", gripper.carrier_radius, AtLeast(0, "m"));
   from.Degrees("first_azimuth_deg", gripper.first_azimuth);
+  from.Number("pair_spacing", gripper.pair_spacing, AtLeast(0, "m"));
   from.Degrees("tilt_deg", gripper.tilt, Between(-90, 90, "deg"));
   ReadEnum(from, "handedness", kHands, gripper.handedness);
 }
@@ -140,11 +141,13 @@ std::string ObjectToml(const ObjectSpec& object) {
 }
 
 std::string GripperToml(const Gripper& gripper) {
+  const std::string spacing =
+      gripper.pair_spacing == 0 ? "" : "pair_spacing = " + TomlNumber(gripper.pair_spacing) + "  # m\n";
   return fmt::format(
       "[gripper]\ntentacles = {}\ncarrier_radius = {}  # m\nfirst_azimuth_deg = {}\ntilt_deg = {}\n"
-      "handedness = \"{}\"\n",
+      "handedness = \"{}\"\n{}",
       gripper.tentacles, TomlNumber(gripper.carrier_radius), TomlDegrees(gripper.first_azimuth),
-      TomlDegrees(gripper.tilt), NameOf(gripper.handedness));
+      TomlDegrees(gripper.tilt), NameOf(gripper.handedness), spacing);
 }
 
 }  // namespace tendril

@@ -56,7 +56,7 @@ Result<Driven> MakeTentacle(const Scene& scene, std::uint64_t trial, int i) {
   if (const Matrix3Xd* roll = actuation.value().roll()) design.start_curvatures = *roll;
   Result<Rod> rod = MakeRod(design);
   if (!rod.ok()) return rod.error();
-  const double azimuth = g.gripper.first_azimuth + 2 * std::numbers::pi * i / g.gripper.tentacles;
+  const double azimuth = AzimuthOfTentacle(g.gripper, i);
   Driven driven;
   driven.name = "tentacle" + std::to_string(i);
   driven.rod = std::move(rod).value();

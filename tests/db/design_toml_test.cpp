@@ -159,6 +159,7 @@ TEST(TrialToml, RoundTripsEveryFieldAlsoTextThatLooksLikeToml) {
   t.design.taper = 0.1 + 0.2;
   t.gripper.handedness = Handedness::kNormals;
   t.gripper.tentacles = 4;
+  t.gripper.pair_spacing = 0.1 + 0.022;
   t.tags.footprint = 0.0075;
   t.rig_name = "bench";
   t.rig_toml = "name = \"bench\"\n[[camera]]\n  path = 'C:\\new'\n\"\"\"\ntab\there\n";
@@ -177,6 +178,7 @@ TEST(TrialToml, RoundTripsEveryFieldAlsoTextThatLooksLikeToml) {
   EXPECT_EQ(b.design.taper, t.design.taper);
   EXPECT_EQ(b.gripper.handedness, t.gripper.handedness);
   EXPECT_EQ(b.gripper.first_azimuth, t.gripper.first_azimuth);
+  EXPECT_EQ(b.gripper.pair_spacing, t.gripper.pair_spacing);
   EXPECT_EQ(b.rig_toml, t.rig_toml);
   EXPECT_EQ(b.object.position, t.object.position);
   EXPECT_EQ(b.notes, t.notes);

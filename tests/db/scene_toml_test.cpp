@@ -375,6 +375,8 @@ TEST(SceneToml, EachSlipIsOneLineThatSaysWhatWasExpected) {
        "missing"},
       {"[[phase]]\nduration = 1\nmove = [0, 0, 1]\n[[rod]]\nclamp = 'none'", "phase[0].move",
        "a [[rod]] that is held"},
+      {grip + "pair_spacing = 0.2", "gripper.pair_spacing = 0.2", "at most 0.1697 m"},  // 0.24 m sin 45 deg
+      {grip + "tentacles = 7\npair_spacing = 0.02", "gripper.pair_spacing = 0.02", "an even number"},
       {grip + "stowed = { gap = 0.001 }", "gripper.stowed.turns", "turns or an inner_radius"},
       {grip + "stowed = { turns = 2, inner_radius = 0.1 }", "gripper.stowed.turns", "not both"},
       {grip + "stowed = { turns = 0 }", "gripper.stowed.turns = 0", "a number > 0"},

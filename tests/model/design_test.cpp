@@ -94,6 +94,36 @@ TEST(LabFromTentacle, HangsDownWithTheOuterFaceOutwardTiltedTowardTheAxis) {
   }
 }
 
+TEST(LabFromTentacle, PairsStandAsFarApartAsAskedAboutTheirMiddle) {
+  Gripper even, paired;
+  even.tentacles = paired.tentacles = 16;
+  paired.pair_spacing = 0.022;
+  for (int k = 0; k < 8; ++k) {
+    const auto base = [k](const Gripper& gripper, int i) {
+      return Eigen::Vector3d(LabFromTentacle(gripper, 2 * k + i).translation());
+    };
+    EXPECT_NEAR((base(paired, 1) - base(paired, 0)).norm(), 0.022, 1e-15);
+    EXPECT_NEAR(base(paired, 1).norm(), 0.12, 1e-15);
+    const Eigen::Vector3d middle = base(paired, 0) + base(paired, 1);
+    EXPECT_NEAR(middle.normalized().dot((base(even, 0) + base(even, 1)).normalized()), 1, 1e-15);
+    EXPECT_GT(base(paired, 0).cross(base(paired, 1)).z(), 0);  // in the same order
+  }
+}
+
+TEST(LabFromTentacle, PairsAsWideAsAllStandEvenlyAreEvenAndTheWidestMeetTheNext) {
+  Gripper even, paired;
+  paired.pair_spacing = 2 * 0.12 * std::sin(std::numbers::pi / 8);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_LT((LabFromTentacle(paired, i).matrix() - LabFromTentacle(even, i).matrix()).norm(), 1e-15);
+  }
+  paired.pair_spacing = WidestPairSpacing(paired);
+  EXPECT_LT((LabFromTentacle(paired, 1).matrix() - LabFromTentacle(paired, 2).matrix()).norm(), 1e-14);
+  paired.tentacles = 2;
+  EXPECT_NEAR(WidestPairSpacing(paired), 0.24, 1e-15);  // across the carrier
+  paired.tentacles = 7;
+  EXPECT_EQ(WidestPairSpacing(paired), 0);
+}
+
 TEST(DesignOfTentacle, OnlyOddTentaclesOfAMirrorGripperAreMirrored) {
   Gripper gripper;
   EXPECT_NEAR(DesignOfTentacle(gripper, {}, 1).beta, 105 * kDegree, 1e-15);
