@@ -18,6 +18,7 @@
 
 #include "bench/grasp_trends/grasp_outcome.h"
 #include "bench/grasp_trends/grasp_points.h"
+#include "bench/grasp_trends/grasp_questions.h"
 #include "bench/grasp_trends/grasp_report.h"
 
 namespace tendril {
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 
 struct Call {
   std::vector<std::string> series;  // none: all
-  int trials = 5, threads = 2;
+  int trials = 0, threads = 2;      // 0: as many as the series says
   fs::path csv = "grasp_trends.csv", figures;
   bool report_only = false;
 };
@@ -86,8 +87,7 @@ Result<std::vector<GraspSeries>> Wanted(const std::vector<std::string>& names) {
         std::find_if(all.begin(), all.end(), [&](const GraspSeries& s) { return s.name == name; });
     if (found == all.end()) {
       return Error{ErrorKind::kBadInput,
-                   "--series " + name +
-                       ": expected distance, shorter, tied, weight, pairs, carrier, water or sensitivity"};
+                   "--series " + name + ": expected distance, pairs, water or sensitivity"};
     }
     wanted.push_back(*found);
   }
@@ -120,20 +120,25 @@ Result<std::vector<Job>> JobsOf(const std::vector<GraspSeries>& series, const fs
   });
   for (const GraspOutcome& row : outcomes)
     there.insert(KeyOf(row.scene, row.settings, row.inputs, row.trial));
-  std::vector<Job> jobs;
+  std::vector<std::pair<double, Job>> by_share;  // of the series' trials
   for (const GraspSeries& one : series) {
-    for (int trial = 0; trial < trials; ++trial) {
+    const int count = trials > 0 ? trials : one.trials;
+    for (int trial = 0; trial < count; ++trial) {
       for (const GraspPanel& panel : one.panels) {
         for (const GraspPoint& point : panel.points) {
           const std::string settings = JoinedSettings(point.settings);
           const std::string& inputs = inputs_of[point.scene + "," + settings];
           const auto number = static_cast<std::uint64_t>(trial);
           if (!there.insert(KeyOf(point.scene, settings, inputs, number)).second) continue;
-          jobs.push_back({&point, inputs, number});
+          by_share.push_back({(trial + 0.5) / count, {&point, inputs, number}});
         }
       }
     }
   }
+  std::stable_sort(by_share.begin(), by_share.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Job> jobs;
+  for (auto& [share, job] : by_share) jobs.push_back(std::move(job));
   return jobs;
 }
 
@@ -161,8 +166,8 @@ Status RunAll(const Call& call, const fs::path& scenes, const std::vector<Job>& 
         return;
       }
       const GraspOutcome& o = outcome.value();
-      fmt::print(stderr, "{}/{} {} {} trial {}: {}, rose {:.1f} mm, {:.0f} s{}\n", ++done, jobs.size(),
-                 o.scene, o.settings, o.trial, Held(o) ? "held" : "not held", 1e3 * o.rise, o.wall,
+      fmt::print(stderr, "{}/{} {} {} trial {}: {}, drawn in by {:.1f} mm, {:.0f} s{}\n", ++done, jobs.size(),
+                 o.scene, o.settings, o.trial, Held(o) ? "held" : "not held", 1e3 * o.drawn_in, o.wall,
                  o.doubt.empty() ? "" : ", doubtful: " + o.doubt);
       outcomes.push_back(o);
     }
@@ -195,7 +200,9 @@ int Main(const std::vector<std::string>& words) {
                call.csv.string());
     if (Status s = RunAll(call, scenes, jobs.value(), outcomes); !s.ok()) return Fail(s.error().message);
   }
-  fmt::print("{}\n{}", GraspTable(series.value(), outcomes), LinkTable(series.value(), outcomes));
+  fmt::print("{}\n{}\n{}\n{}", GraspTable(series.value(), outcomes),
+             AnswerTable(AnswersOf(series.value(), outcomes)), LinkTable(series.value(), outcomes),
+             WindingTable(series.value(), outcomes));
   if (call.figures.empty()) return 0;
   if (Status s = DrawGrasps(series.value(), outcomes, call.figures); !s.ok()) return Fail(s.error().message);
   return 0;

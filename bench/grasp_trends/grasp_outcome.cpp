@@ -12,7 +12,6 @@
 #include "db/files/design_toml.h"
 #include "db/files/safe_file.h"
 #include "db/files/scene_toml.h"
-#include "model/scene/holding.h"
 #include "model/scene/simulate.h"
 
 namespace tendril {
@@ -21,62 +20,88 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* const kHeader =
-    "scene,settings,inputs,trial,above,rise_m,drawn_in_m,borne_share,mutual_link,mutual_open,object_link,"
-    "object_open,wall_s,doubt";
+    "scene,settings,inputs,trial,drawn_in_m,borne_share,gave_m,mutual_link,mutual_open,object_link,"
+    "object_open,looping,braiding,wall_s,doubt";
 constexpr double kFramesPerSecond = 10;
-constexpr double kWatched = 1;  // without a lift: the end of the pull, s
+constexpr double kWatched = 1;  // the end of the pull, s
 
 std::string NumberOrNothing(double value) { return std::isnan(value) ? "" : fmt::format("{:.9g}", value); }
 
-// The axis of the first object where it has come to.
-std::optional<Axis> AxisAtEnd(const Scene& scene, const Simulated& run) {
+// The axis of the first object in that frame.
+std::optional<Axis> AxisIn(const Scene& scene, const Simulated& run, std::size_t frame) {
   const SceneObject& object = scene.objects.at(0);
   if (object.body.start == object.body.end) return std::nullopt;
-  const Eigen::Isometry3d moved = run.objects.at(0).poses.back() * object.pose.inverse();
+  const Eigen::Isometry3d moved = run.objects.at(0).poses[frame] * object.pose.inverse();
   return Axis{moved * object.body.start, moved.linear() * (object.body.end - object.body.start)};
 }
 
-// Links of the last frame.
-Status MeasureEnd(const Scene& scene, const Simulated& run, GraspOutcome& outcome) {
+Status MeasureLinks(const Scene& scene, const Simulated& run, std::size_t frame, GraspOutcome& outcome) {
   std::vector<FramedCurve> curves;
-  for (const CurveSeries& one : run.curves) curves.push_back(one.curves.back());
+  for (const CurveSeries& one : run.curves) curves.push_back(one.curves[frame]);
   LinkOptions options;
-  options.axis = AxisAtEnd(scene, run);
+  options.axis = AxisIn(scene, run, frame);
   const Result<LinkReport> report = MeasureLink(curves, options);
   if (!report.ok()) return report.error();
   const LinkReport& links = report.value();
   outcome.mutual_link = links.mutual_link;
   outcome.object_link = links.object_link;
   outcome.mutual_open = outcome.object_open = 0;
+  std::vector<bool> braids(curves.size());
   for (const PairLink& pair : links.pairs) {
-    outcome.mutual_open += std::abs(pair.gauss.value) / static_cast<double>(links.pairs.size());
+    const double turns = std::abs(pair.gauss.value);
+    outcome.mutual_open += turns / static_cast<double>(links.pairs.size());
+    if (turns >= kWound) {
+      braids[static_cast<std::size_t>(pair.a)] = braids[static_cast<std::size_t>(pair.b)] = true;
+    }
   }
   for (const CurveLink& curve : links.curves) {
-    outcome.object_open += std::abs(curve.object_gauss.value) / static_cast<double>(links.curves.size());
+    const double turns = std::abs(curve.object_gauss.value);
+    outcome.object_open += turns / static_cast<double>(links.curves.size());
+    if (turns >= kWound) ++outcome.looping;
   }
+  outcome.braiding = static_cast<int>(std::count(braids.begin(), braids.end(), true));
   return Ok{};
 }
 
-// How far the object rose by the end of the pull, and what share of its weight rods bear from then on.
-//   pulled   the end of the pull, s
-//   watched  from when its weight is looked at, s
-void MeasureObject(const Scene& scene, double pulled, double watched, const Simulated& run,
-                   GraspOutcome& outcome) {
+// What became of the object, and the last frame of the pull.
+//   pulled  the end of the pull, s
+std::size_t MeasureObject(const Scene& scene, double pulled, bool tugged, const Simulated& run,
+                          GraspOutcome& outcome) {
   const SceneObject& object = scene.objects.at(0);
+  const auto way = [&](std::size_t frame) {
+    return (run.objects[0].poses[frame].translation() - object.pose.translation()).z();
+  };
   const Eigen::Vector3d up = -scene.gravity.normalized();
   const Eigen::VectorXd& time = run.curves[0].time;
-  double borne = 0;
+  constexpr double kSame = 1e-9;  // s
+  std::size_t end = 0;
+  double borne = 0, least_way = HUGE_VAL;
   int frames = 0;
   for (Eigen::Index f = 0; f < time.size(); ++f) {
     const auto frame = static_cast<std::size_t>(f);
-    if (time[f] <= pulled) {
-      outcome.drawn_in = up.dot(run.objects[0].poses[frame].translation() - object.pose.translation());
-    }
-    if (time[f] < watched) continue;
+    if (time[f] >= pulled - kSame) least_way = std::min(least_way, way(frame));
+    if (time[f] > pulled + kSame) continue;
+    end = frame;
+    if (time[f] < pulled - kWatched - kSame) continue;
     borne += up.dot(run.objects[0].forces[frame]) / (object.mass * scene.gravity.norm());
     ++frames;
   }
-  if (object.motion == ObjectMotion::kHanging) outcome.borne = borne / frames;
+  outcome.drawn_in = way(end);
+  if (tugged) {
+    outcome.gave = outcome.drawn_in - least_way;
+  } else if (object.motion == ObjectMotion::kHanging) {
+    outcome.borne = borne / frames;
+  }
+  return end;
+}
+
+// Away from the carrier, from the scene's end on.
+void AddTug(Scene& scene) {
+  const Eigen::Vector3d force(0, 0, -kTug);
+  const double from = scene.duration, full = from + kTugTime / 2;
+  scene.duration = from + kTugTime;
+  scene.pushes.push_back({0, from, full, force, PushShape::kRamp});
+  scene.pushes.push_back({0, full, scene.duration, force, PushShape::kSteady});
 }
 
 Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
@@ -91,8 +116,8 @@ Result<Scene> SceneOf(const fs::path& scenes, const GraspPoint& point) {
 }  // namespace
 
 bool Held(const GraspOutcome& outcome) {
-  if (!std::isnan(outcome.borne)) return outcome.above && outcome.borne >= 0.5;
-  return outcome.rise - outcome.drawn_in >= 0.5 * HoldingOptions{}.height;
+  if (!std::isnan(outcome.gave)) return outcome.gave < kGiven;
+  return outcome.drawn_in > 0 && outcome.borne >= 0.5;
 }
 
 Result<std::string> InputsOf(const fs::path& scenes, const GraspPoint& point) {
@@ -101,7 +126,7 @@ Result<std::string> InputsOf(const fs::path& scenes, const GraspPoint& point) {
   const Result<std::string> text = ReadText(scenes / point.scene);
   if (!text.ok()) return text;
   return Sha256(text.value() + JoinedSettings(point.settings) + DesignToml(scene.value().gripper->design) +
-                (point.lift ? "" : " no lift"))
+                (point.tugged ? " tugged" : ""))
       .substr(0, 12);
 }
 
@@ -110,13 +135,8 @@ Result<GraspOutcome> RunGrasp(const fs::path& scenes, const GraspPoint& point, c
   Result<Scene> read = SceneOf(scenes, point);
   if (!read.ok()) return read.error();
   Scene scene = std::move(read).value();
-  const HoldingOptions options;
-  HoldingTimes times{.lift = scene.duration, .watch = scene.duration - kWatched};
-  if (point.lift) {
-    const Result<HoldingTimes> lift = AddHoldingTest(scene, HoldingTest::kLift, options);
-    if (!lift.ok()) return lift.error();
-    times = lift.value();
-  }
+  const double pulled = scene.duration;
+  if (point.tugged) AddTug(scene);
   const Result<SimulationPlan> plan = PlanScene(scene);
   if (!plan.ok()) return plan.error();
   const int last = static_cast<int>(std::ceil(scene.duration * kFramesPerSecond - 1e-9));
@@ -135,18 +155,8 @@ Result<GraspOutcome> RunGrasp(const fs::path& scenes, const GraspPoint& point, c
     return outcome;
   }
   outcome.doubt = fmt::format("{}", fmt::join(done.doubts, "; "));
-  MeasureObject(scene, times.lift, times.watch, done, outcome);
-  outcome.rise = outcome.drawn_in;
-  outcome.above = outcome.rise > 0;
-  if (point.lift) {
-    constexpr double kNoMass = GraspOutcome::kNone;  // which only a test with a load asks for
-    const Result<HoldingResult> judged =
-        JudgeHolding(scene, HoldingTest::kLift, times, options, done, kNoMass);
-    if (!judged.ok()) return judged.error();
-    outcome.above = judged.value().held;
-    outcome.rise = judged.value().rise;
-  }
-  if (Status s = MeasureEnd(scene, done, outcome); !s.ok()) return s.error();
+  const std::size_t end = MeasureObject(scene, pulled, point.tugged, done, outcome);
+  if (Status s = MeasureLinks(scene, done, end, outcome); !s.ok()) return s.error();
   return outcome;
 }
 
@@ -171,16 +181,17 @@ Result<std::vector<GraspOutcome>> ReadOutcomes(const fs::path& file) {
                      .settings = std::string(csv.Text(1)),
                      .inputs = std::string(csv.Text(2)),
                      .trial = static_cast<std::uint64_t>(csv.Integer(3, 0)),
-                     .above = csv.Integer(4, 0, 1) == 1,
-                     .rise = number(5),
-                     .drawn_in = number(6),
-                     .borne = number(7),
-                     .mutual_link = number(8),
-                     .mutual_open = number(9),
-                     .object_link = number(10),
-                     .object_open = number(11),
-                     .wall = csv.Number(12, 0),
-                     .doubt = std::string(csv.Text(13))};
+                     .drawn_in = number(4),
+                     .borne = number(5),
+                     .gave = number(6),
+                     .mutual_link = number(7),
+                     .mutual_open = number(8),
+                     .object_link = number(9),
+                     .object_open = number(10),
+                     .looping = static_cast<int>(csv.Integer(11, 0)),
+                     .braiding = static_cast<int>(csv.Integer(12, 0)),
+                     .wall = csv.Number(13, 0),
+                     .doubt = std::string(csv.Text(14))};
     if (csv.ok()) rows.push_back(std::move(row));
   }
   if (!csv.status().ok()) return csv.status().error();
@@ -193,12 +204,12 @@ Status AppendOutcome(const fs::path& file, const GraspOutcome& outcome) {
   std::replace_if(
       doubt.begin(), doubt.end(), [](char c) { return c == ',' || c == '\n'; }, ';');
   std::string row = first ? std::string(kHeader) + "\n" : std::string();
-  row += fmt::format("{},{},{},{},{:d}", outcome.scene, outcome.settings, outcome.inputs, outcome.trial,
-                     outcome.above);
-  for (const double value : {outcome.rise, outcome.drawn_in, outcome.borne, outcome.mutual_link,
-                             outcome.mutual_open, outcome.object_link, outcome.object_open, outcome.wall}) {
+  row += fmt::format("{},{},{},{}", outcome.scene, outcome.settings, outcome.inputs, outcome.trial);
+  for (const double value : {outcome.drawn_in, outcome.borne, outcome.gave, outcome.mutual_link,
+                             outcome.mutual_open, outcome.object_link, outcome.object_open}) {
     row += "," + NumberOrNothing(value);
   }
+  row += fmt::format(",{},{},{}", outcome.looping, outcome.braiding, NumberOrNothing(outcome.wall));
   row += "," + doubt + "\n";
   std::ofstream out(file, std::ios::app | std::ios::binary);
   out << row << std::flush;

@@ -18,19 +18,27 @@ struct GraspOutcome {
   std::string scene, settings;  // the file's name; JoinedSettings
   std::string inputs;           // of InputsOf: rows of other inputs are not taken up again
   std::uint64_t trial = 0;
-  bool above = false;       // anything above its start in the end, as JudgeHolding has it after a lift
-  double rise = kNone;      // of the object, the least while it is watched after the lift, or by the pull, m
-  double drawn_in = kNone;  // by the pull alone, before the lift, m
-  double borne = kNone;     // by rods, the mean share of its weight at the end; NaN: it does not hang
-  // At the end: with rays at both ends of a curve, and of the curves alone (docs/link.md), turns.
+  double drawn_in = kNone;  // by the pull, toward the carrier's side: along z, m. In air that is up
+  double borne = kNone;     // by rods, the mean share of its weight at the pull's end; NaN: not asked
+  double gave = kNone;      // to a tug away from the carrier, the most, m; NaN: not asked
+  // At the end of the pull: with rays at both ends of a curve, and of the curves alone (docs/link.md), turns.
   double mutual_link = kNone, mutual_open = kNone, object_link = kNone, object_open = kNone;
+  // Rods of which the curve alone is wound about the object, or about another rod: by kWound or more.
+  int looping = 0, braiding = 0;
   double wall = 0;         // s
   std::string doubt = {};  // why the run is not to be trusted; empty: it is
 };
 
-// What hangs is held where rods bear half of its weight or more and it is above its start; what floats, where
-// it came along by half of the lift or more from where the pull had left it. What was missed but pushed aside
-// may end above its start, too, and what floats and is held may be below.
+inline constexpr double kWound = 0.75;  // turns: half a turn is a straight curve that passes by
+
+// A tug comes after the pull, grows to kTug (the tube's weight in air, N) in half of kTugTime (s), and stays
+// as long.
+inline constexpr double kTug = 0.147, kTugTime = 4;
+inline constexpr double kGiven = 0.075;  // m
+
+// Judged by the pull alone: rods bear half of its weight or more and it is above its start (what was pushed
+// aside on its string may end above it, too). After a tug: it gave by less than kGiven; what is free goes
+// several times as far.
 bool Held(const GraspOutcome& outcome);
 
 // Of what a point's runs are made from: the scene's text, the settings and the design.

@@ -15,7 +15,8 @@ struct GraspPoint {
   std::string scene;  // a file of examples/scenes/grasp
   // As --set takes them; the same grasp has the same settings in every series, so that it is run once.
   std::vector<std::string> settings;
-  bool lift = true;  // after the pull; without, it is judged by the pull alone, as in the paper
+  bool tugged =
+      false;  // after the pull, away from the carrier; without, the grasp is judged by the pull alone
   double paper = std::numeric_limits<double>::quiet_NaN();  // the paper's rate; NaN: its text gives no number
   std::string paper_says = {};                              // in its words, short; empty: nothing
 };
@@ -28,10 +29,11 @@ struct GraspPanel {
 
 struct GraspSeries {
   std::string name;  // of --series and of the figure
+  int trials = 5;    // a point, unless --trials says otherwise
   std::vector<GraspPanel> panels;
 };
 
-// distance, shorter, tied, weight, pairs, carrier, water, sensitivity.
+// distance, pairs, water, sensitivity.
 std::vector<GraspSeries> AllGraspSeries();
 
 // The settings as one word of a CSV file: joined by blanks.

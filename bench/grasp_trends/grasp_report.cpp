@@ -34,40 +34,33 @@ double StandardError(const std::vector<double>& values) {
   return std::sqrt(sum / (n - 1) / n);
 }
 
-bool IsOf(const GraspPoint& point, const GraspOutcome& outcome) {
-  return outcome.scene == point.scene && outcome.settings == JoinedSettings(point.settings);
-}
-
 std::string OrDash(double value, double scale, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), scale * value);
 }
 
-// Links that matter, of the trusted trials of some points, none twice.
-struct Links {
-  std::vector<double> mutual, object, mutual_open, object_open;
-};
+// Of the trusted trials of the series about distance in one medium, by design, and held (true) or lost.
+using ByGroup = std::map<std::tuple<std::string, std::string, bool>, std::vector<const GraspOutcome*>>;
 
-// By the panel, the line, and held (true) or lost: of the series about distance.
-using LinksByGroup = std::map<std::tuple<std::string, std::string, bool>, Links>;
-
-LinksByGroup LinksOf(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
-  LinksByGroup groups;
+ByGroup Grouped(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
+  ByGroup groups;
   for (const GraspSeries& one : series) {
-    if (one.name == "pairs" || one.name == "carrier" || one.name == "sensitivity") continue;
+    if (one.name != "distance" && one.name != "water") continue;
     for (const GraspPanel& panel : one.panels) {
       for (const GraspPoint& point : panel.points) {
         for (const GraspOutcome& o : outcomes) {
-          if (!IsOf(point, o) || !o.doubt.empty()) continue;
-          Links& links = groups[{panel.title, point.line, Held(o)}];
-          links.mutual.push_back(o.mutual_link);
-          links.object.push_back(o.object_link);
-          links.mutual_open.push_back(o.mutual_open);
-          links.object_open.push_back(o.object_open);
+          if (IsOf(point, o) && o.doubt.empty()) groups[{panel.title, point.line, Held(o)}].push_back(&o);
         }
       }
     }
   }
   return groups;
+}
+
+template <class Member>
+std::vector<double> ValuesOf(const std::vector<const GraspOutcome*>& outcomes, Member member) {
+  std::vector<double> values;
+  for (const GraspOutcome* o : outcomes) values.push_back(static_cast<double>(o->*member));
+  return values;
 }
 
 // Lines of a panel, and the paper's rates on them as points; side by side where they would cover each other.
@@ -109,44 +102,29 @@ Panel RatePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcome
   return panel;
 }
 
-// Of single trials: how far the object rose.
-Panel RisePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcomes) {
-  Panel panel{.title = from.title, .x_label = from.x_label, .y_label = "rise of the object (mm)"};
-  panel.x_range = RatePanel(from, {}).x_range;
-  std::map<std::string, PlotSeries> lines;
-  for (const GraspPoint& point : from.points) {
-    PlotSeries& line = lines[point.line];
-    line.name = point.line;
-    line.style = PlotSeries::Style::kPoints;
-    const double aside = 0.01 * (panel.x_range->second - panel.x_range->first);
-    for (const GraspOutcome& o : outcomes) {
-      if (!IsOf(point, o) || !o.doubt.empty()) continue;
-      line.x.push_back(point.x + (lines.begin()->first == point.line ? -aside : aside));
-      line.y.push_back(1e3 * o.rise);
-    }
-  }
-  for (auto& [name, line] : lines) panel.series.push_back(std::move(line));
-  return panel;
-}
-
-Panel LinkPanel(const LinksByGroup& groups, const std::string& title, bool open) {
+Panel LinkPanel(const ByGroup& groups, const std::string& title, bool open) {
   Panel panel{.title = title + (open ? ", curves alone" : ", with rays at the ends"),
               .x_label = "mutual link, mean (turns)",
               .y_label = "object link, mean (turns)"};
-  for (const auto& [key, links] : groups) {
+  for (const auto& [key, trials] : groups) {
     const auto& [of, line, held] = key;
     if (of != title) continue;
     const bool first = line == std::get<1>(groups.begin()->first);
-    panel.series.push_back({.name = line + (held ? ", held" : ", lost"),
-                            .x = open ? links.mutual_open : links.mutual,
-                            .y = open ? links.object_open : links.object,
-                            .style = PlotSeries::Style::kPoints,
-                            .color = held ? (first ? 0 : 1) : (first ? 5 : 4)});
+    panel.series.push_back(
+        {.name = line + (held ? ", held" : ", lost"),
+         .x = ValuesOf(trials, open ? &GraspOutcome::mutual_open : &GraspOutcome::mutual_link),
+         .y = ValuesOf(trials, open ? &GraspOutcome::object_open : &GraspOutcome::object_link),
+         .style = PlotSeries::Style::kPoints,
+         .color = held ? (first ? 0 : 1) : (first ? 5 : 4)});
   }
   return panel;
 }
 
 }  // namespace
+
+bool IsOf(const GraspPoint& point, const GraspOutcome& outcome) {
+  return outcome.scene == point.scene && outcome.settings == JoinedSettings(point.settings);
+}
 
 double GraspCount::Rate() const {
   return trusted == 0 ? GraspOutcome::kNone : static_cast<double>(held) / trusted;
@@ -154,7 +132,7 @@ double GraspCount::Rate() const {
 
 GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>& outcomes) {
   GraspCount count;
-  std::vector<double> held, lost, drawn_in;
+  std::vector<double> drawn_in;
   for (const GraspOutcome& o : outcomes) {
     if (!IsOf(point, o)) continue;
     if (!o.doubt.empty()) {
@@ -164,33 +142,29 @@ GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>&
     ++count.trusted;
     count.held += Held(o) ? 1 : 0;
     count.raised += o.drawn_in >= kRaised ? 1 : 0;
-    (Held(o) ? held : lost).push_back(o.rise);
     if (Held(o)) drawn_in.push_back(o.drawn_in);
   }
   count.interval = WilsonInterval(count.held, count.trusted);
-  count.rise_held = Median(held);
-  count.rise_lost = Median(lost);
   count.drawn_in = Median(drawn_in);
   return count;
 }
 
 std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
-      "| series | design | at | held | rate, % | 95 % interval | raised by the pull | doubtful | rise of "
-      "held, "
-      "mm | "
-      "of that by the pull | rise of lost, mm | paper |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| series | design | at | held | rate, 95 % interval | raised by the pull | drawn in, mm | paper |\n"
+      "|---|---|---|---|---|---|---|---|\n";
   for (const GraspSeries& one : series) {
     for (const GraspPanel& panel : one.panels) {
       for (const GraspPoint& point : panel.points) {
         const GraspCount c = CountGrasps(point, outcomes);
         if (c.trusted + c.doubtful == 0) continue;
-        text += fmt::format(
-            "| {}, {} | {} | {} | {} of {} | {} | {:.0f} to {:.0f} | {} | {} | {} | {} | {} | {} |\n",
-            one.name, panel.title, point.line, point.label, c.held, c.trusted,
-            OrDash(c.Rate(), 100, "{:.0f}"), 100 * c.interval.low, 100 * c.interval.high, c.raised,
-            c.doubtful, OrDash(c.rise_held, 1e3, "{:.0f}"), OrDash(c.drawn_in, 1e3, "{:.0f}"),
-            OrDash(c.rise_lost, 1e3, "{:.1f}"), point.paper_says);
+        const std::string of = one.name == "sensitivity" ? panel.title : one.name;
+        const std::string doubtful = c.doubtful > 0 ? fmt::format(" ({} not trusted)", c.doubtful) : "";
+        const std::string raised = point.tugged ? "-" : fmt::format("{}", c.raised);
+        text += fmt::format("| {} | {} | {} | {} of {}{} | {} %, {:.0f} to {:.0f} | {} | {} | {} |\n", of,
+                            point.line, point.label, c.held, c.trusted, doubtful,
+                            OrDash(c.Rate(), 100, "{:.0f}"), 100 * c.interval.low, 100 * c.interval.high,
+                            raised, OrDash(c.drawn_in, 1e3, "{:.0f}"), point.paper_says);
       }
     }
   }
@@ -200,15 +174,18 @@ std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector
 std::string LinkTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes) {
   std::string text =
       "| where | design | outcome | trials | mutual link | object link | mutual, curves alone | object, "
-      "curves alone |\n"
-      "|---|---|---|---|---|---|---|---|\n";
-  for (const auto& [key, links] : LinksOf(series, outcomes)) {
+      "curves alone | rods wound about the object | about another rod |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const auto& [key, trials] : Grouped(series, outcomes)) {
     const auto& [title, line, held] = key;
-    text += fmt::format("| {} | {} | {} | {} |", title, line, held ? "held" : "lost", links.mutual.size());
-    for (const auto* values : {&links.mutual, &links.object, &links.mutual_open, &links.object_open}) {
-      text += fmt::format(" {:.3f} +- {} |", Mean(*values), OrDash(StandardError(*values), 1, "{:.3f}"));
+    text += fmt::format("| {} | {} | {} | {} |", title, line, held ? "held" : "lost", trials.size());
+    for (const auto member : {&GraspOutcome::mutual_link, &GraspOutcome::object_link,
+                              &GraspOutcome::mutual_open, &GraspOutcome::object_open}) {
+      const std::vector<double> values = ValuesOf(trials, member);
+      text += fmt::format(" {:.3f} +- {} |", Mean(values), OrDash(StandardError(values), 1, "{:.3f}"));
     }
-    text += "\n";
+    text += fmt::format(" {:.1f} | {:.1f} |\n", Mean(ValuesOf(trials, &GraspOutcome::looping)),
+                        Mean(ValuesOf(trials, &GraspOutcome::braiding)));
   }
   return text;
 }
@@ -219,16 +196,13 @@ Status DrawGrasps(const std::vector<GraspSeries>& series, const std::vector<Gras
     const bool many = one.panels.size() > 1;
     Figure figure{
         .columns = many ? 2 : 1, .panel_width_px = many ? 500 : 680, .panel_height_px = many ? 240 : 340};
-    for (const GraspPanel& panel : one.panels) {
-      figure.panels.push_back(RatePanel(panel, outcomes));
-      if (many) figure.panels.push_back(RisePanel(panel, outcomes));
-    }
+    for (const GraspPanel& panel : one.panels) figure.panels.push_back(RatePanel(panel, outcomes));
     if (Status s = DrawFigure(figure, folder / ("grasp_" + one.name + ".svg")); !s.ok()) return s;
   }
-  const LinksByGroup groups = LinksOf(series, outcomes);
+  const ByGroup groups = Grouped(series, outcomes);
   Figure figure{.columns = 2, .panel_width_px = 560, .panel_height_px = 300};
   std::string last;
-  for (const auto& [key, links] : groups) {
+  for (const auto& [key, trials] : groups) {
     const std::string& title = std::get<0>(key);
     if (title == last) continue;
     last = title;

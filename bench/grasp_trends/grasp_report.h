@@ -17,23 +17,22 @@ inline constexpr double kRaised = 0.005;  // m
 // A point's trials. Doubtful ones are counted and take no part in anything else.
 struct GraspCount {
   int trusted = 0, doubtful = 0, held = 0;
-  // By kRaised or more by the pull alone: the paper's rule, which also takes what was pushed aside on its
-  // string.
-  int raised = 0;
-  Interval interval;  // of held / trusted
-  // Medians, m; NaN: of none. drawn_in: of those that held, by the pull alone.
-  double rise_held = GraspOutcome::kNone, rise_lost = GraspOutcome::kNone, drawn_in = GraspOutcome::kNone;
-  double Rate() const;  // NaN: no trusted trial
+  int raised = 0;                         // by kRaised or more by the pull: the paper's rule in air
+  Interval interval;                      // of held / trusted
+  double drawn_in = GraspOutcome::kNone;  // the median of those that held, m; NaN: none
+  double Rate() const;                    // NaN: no trusted trial
 };
 
-// Outcomes of the point's scene and settings.
+// Whether an outcome is one of that scene and these settings.
+bool IsOf(const GraspPoint& point, const GraspOutcome& outcome);
+
 GraspCount CountGrasps(const GraspPoint& point, const std::vector<GraspOutcome>& outcomes);
 
 // In Markdown, a row to each point that has a trial.
 std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes);
 
-// Links of the series about distance, by design, medium and whether the object was held, in Markdown: means
-// and their standard errors.
+// Of all points in air, and of all under water, by design and whether the object was held, in Markdown: links
+// (means and their standard errors), and how many rods are wound about the object or about each other.
 std::string LinkTable(const std::vector<GraspSeries>& series, const std::vector<GraspOutcome>& outcomes);
 
 // grasp_<series>.svg, and grasp_links.svg of the mutual against the object link, into the folder.
