@@ -92,8 +92,8 @@ GraspPanel Varied(const std::string& title, const std::string& x_label, const st
         for (const auto& [key, unit] : keys) {
           point.settings.push_back(fmt::format("{}={:g}", key, value * unit));
         }
-        if (title == "radius of the carrier") {
-          point.settings.push_back(fmt::format("object.1.radius={:g}", 1e-3 * (value - 15)));
+        if (title == "radius of the carrier, cm") {
+          point.settings.push_back(fmt::format("object.1.radius={:g}", 1e-2 * (value - 1.5)));
         }
         // The scene's step of 5.2e-5 s would be too long.
         const bool stiffer = value > usual;
@@ -130,8 +130,8 @@ GraspSeries Sensitivity() {
        Varied("stiffness of contact", "stiffness over that of the scene", {1.0 / 3, 1, 3}, 1,
               {{"contact.stiffness", 3e5}}),
        Varied("elements", "elements of a rod", {50, 75, 100}, 75, {{"gripper.rod.elements", 1}}),
-       Varied("radius of the carrier", "radius (mm)", {110, 120, 150}, 120,
-              {{"gripper.carrier_radius", 1e-3}}, {75, 90}),
+       Varied("radius of the carrier, cm", "radius (cm)", {11, 12, 15}, 12, {{"gripper.carrier_radius", 1e-2}},
+              {75, 90}),
        // The paper's rod weighs 55 g, its ribbon 2 g, so that a tube of 15 g is 27.5 times too light to
        // stand up to the rods. (Lighter rods that are as much softer come to the same.)
        Varied("weight of the tube", "mass over the paper's", {1, 27.5}, 1, {{"object.0.mass", 0.015}}),

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "analysis/study/plots.h"
@@ -96,27 +97,33 @@ Panel RatePanel(const GraspPanel& from, const std::vector<GraspOutcome>& outcome
       ours.low.push_back(100 * count.interval.low);
       ours.high.push_back(100 * count.interval.high);
     }
+    if (lines.size() == 1 && paper.x.empty()) ours.name = "";  // the panel's title says all
     panel.series.push_back(std::move(ours));
     if (!paper.x.empty()) panel.series.push_back(std::move(paper));
   }
   return panel;
 }
 
-Panel LinkPanel(const ByGroup& groups, const std::string& title, bool open) {
-  Panel panel{.title = title + (open ? ", curves alone" : ", with rays at the ends"),
-              .x_label = "mutual link, mean (turns)",
+// Of the curves alone.
+Panel LinkPanel(const ByGroup& groups, const std::string& title) {
+  Panel panel{.title = title,
+              .x_label = "mutual link of the curves alone, mean (turns)",
               .y_label = "object link, mean (turns)"};
+  double right = 0, top = 0;
   for (const auto& [key, trials] : groups) {
     const auto& [of, line, held] = key;
-    if (of != title) continue;
     const bool first = line == std::get<1>(groups.begin()->first);
-    panel.series.push_back(
-        {.name = line + (held ? ", held" : ", lost"),
-         .x = ValuesOf(trials, open ? &GraspOutcome::mutual_open : &GraspOutcome::mutual_link),
-         .y = ValuesOf(trials, open ? &GraspOutcome::object_open : &GraspOutcome::object_link),
-         .style = PlotSeries::Style::kPoints,
-         .color = held ? (first ? 0 : 1) : (first ? 5 : 4)});
+    const PlotSeries points{.name = line + (held ? ", held" : ", lost"),
+                            .x = ValuesOf(trials, &GraspOutcome::mutual_open),
+                            .y = ValuesOf(trials, &GraspOutcome::object_open),
+                            .style = PlotSeries::Style::kPoints,
+                            .color = held ? (first ? 0 : 1) : (first ? 5 : 4)};
+    right = std::max(right, *std::max_element(points.x.begin(), points.x.end()));
+    top = std::max(top, *std::max_element(points.y.begin(), points.y.end()));
+    if (of == title) panel.series.push_back(points);
   }
+  panel.x_range = {{0, 1.1 * right}};
+  panel.y_range = {{0, 1.1 * top}};
   return panel;
 }
 
@@ -153,9 +160,12 @@ std::string GraspTable(const std::vector<GraspSeries>& series, const std::vector
   std::string text =
       "| series | design | at | held | rate, 95 % interval | raised by the pull | drawn in, mm | paper |\n"
       "|---|---|---|---|---|---|---|---|\n";
+  std::set<std::string> there;  // the scene's own values stand once
   for (const GraspSeries& one : series) {
     for (const GraspPanel& panel : one.panels) {
       for (const GraspPoint& point : panel.points) {
+        const bool again = !there.insert(point.scene + " " + JoinedSettings(point.settings)).second;
+        if (again && one.name == "sensitivity") continue;
         const GraspCount c = CountGrasps(point, outcomes);
         if (c.trusted + c.doubtful == 0) continue;
         const std::string of = one.name == "sensitivity" ? panel.title : one.name;
@@ -206,8 +216,7 @@ Status DrawGrasps(const std::vector<GraspSeries>& series, const std::vector<Gras
     const std::string& title = std::get<0>(key);
     if (title == last) continue;
     last = title;
-    figure.panels.push_back(LinkPanel(groups, title, false));
-    figure.panels.push_back(LinkPanel(groups, title, true));
+    figure.panels.push_back(LinkPanel(groups, title));
   }
   return figure.panels.empty() ? Status(Ok{}) : DrawFigure(figure, folder / "grasp_links.svg");
 }
