@@ -130,8 +130,8 @@ GraspSeries Sensitivity() {
        Varied("stiffness of contact", "stiffness over that of the scene", {1.0 / 3, 1, 3}, 1,
               {{"contact.stiffness", 3e5}}),
        Varied("elements", "elements of a rod", {50, 75, 100}, 75, {{"gripper.rod.elements", 1}}),
-       Varied("radius of the carrier, cm", "radius (cm)", {11, 12, 15}, 12, {{"gripper.carrier_radius", 1e-2}},
-              {75, 90}),
+       Varied("radius of the carrier, cm", "radius (cm)", {11, 12, 15}, 12,
+              {{"gripper.carrier_radius", 1e-2}}, {75, 90}),
        // The paper's rod weighs 55 g, its ribbon 2 g, so that a tube of 15 g is 27.5 times too light to
        // stand up to the rods. (Lighter rods that are as much softer come to the same.)
        Varied("weight of the tube", "mass over the paper's", {1, 27.5}, 1, {{"object.0.mass", 0.015}}),

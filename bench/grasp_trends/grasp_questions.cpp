@@ -111,8 +111,9 @@ void AskAboutSensitivity(const GraspPanel& panel, Asking& asking) {
         [](const GraspPoint* a, const GraspPoint* b) { return a->settings.size() < b->settings.size(); });
     for (const GraspPoint* point : points) {
       if (point == usual) continue;
-      asking.Against(fmt::format("{}, {}: {} as {}?", panel.title, line, point->label, usual->label), {point},
-                     {usual});
+      asking.Against(
+          fmt::format("{}, {}: does {} hold as often as {}?", panel.title, line, point->label, usual->label),
+          {point}, {usual});
     }
   }
 }
