@@ -111,9 +111,8 @@ void AskAboutSensitivity(const GraspPanel& panel, Asking& asking) {
         [](const GraspPoint* a, const GraspPoint* b) { return a->settings.size() < b->settings.size(); });
     for (const GraspPoint* point : points) {
       if (point == usual) continue;
-      asking.Against(
-          fmt::format("{}, {}: does {} hold as often as {}?", panel.title, line, point->label, usual->label),
-          {point}, {usual});
+      asking.Against(fmt::format("{}, {}: {} against {}", panel.title, line, point->label, usual->label),
+                     {point}, {usual});
     }
   }
 }
