@@ -30,13 +30,13 @@ struct Camera {
   Eigen::Isometry3d camera_from_lab = Eigen::Isometry3d::Identity();
 };
 
-// Distorts normalised coordinates (x/z, y/z). A template, so that Ceres can differentiate it.
-template <class T>
-Eigen::Vector2<T> Distort(const Camera& camera, const Eigen::Vector2<T>& undistorted) {
-  const auto& k = camera.coefficients;
+// Distorts normalised coordinates (x/z, y/z) by five coefficients. A template, so that Ceres can
+// differentiate it, by the coefficients (K) too.
+template <class T, class K>
+Eigen::Vector2<T> DistortBy(Distortion distortion, const K* k, const Eigen::Vector2<T>& undistorted) {
   const T& x = undistorted.x();
   const T& y = undistorted.y();
-  switch (camera.distortion) {
+  switch (distortion) {
     case Distortion::kNone:
       return undistorted;
     case Distortion::kBrown: {
@@ -58,6 +58,11 @@ Eigen::Vector2<T> Distort(const Camera& camera, const Eigen::Vector2<T>& undisto
     }
   }
   return undistorted;
+}
+
+template <class T>
+Eigen::Vector2<T> Distort(const Camera& camera, const Eigen::Vector2<T>& undistorted) {
+  return DistortBy<T, double>(camera.distortion, camera.coefficients.data(), undistorted);
 }
 
 // Pixel of a point in the camera's frame; the caller makes sure that z > 0.

@@ -110,7 +110,7 @@ BoardCorners DetectChessboard(const cv::Mat& gray, const Board& board) {
   if (!found || corners.size() != static_cast<size_t>(size.area())) return seen;
 
   std::vector<double> reach = NearestInGrid(corners, board.columns, board.rows);
-  for (double& r : reach) r *= 0.4;
+  for (double& r : reach) r *= 0.3;
   std::vector<bool> kept;
   // Twice: the detector's first guess may be a few pixels off, and the windows follow the distances.
   for (int round = 0; round < 2; ++round) RefineSaddles(gray, corners, reach, kept);

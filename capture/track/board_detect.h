@@ -18,8 +18,9 @@ struct BoardCorners {
 };
 
 // A chessboard is seen whole or not at all; of the other boards, what is seen. Corners are refined to the
-// saddle of the brightness around them, within 0.4 of the distance to their nearest neighbour: a wider window
-// reaches other corners where the board is tilted (on real boards that doubles the reprojection error).
+// saddle of the brightness around them, in a square of half side 0.3 of the distance to their nearest
+// neighbour: a wider one reaches other corners where the board is tilted (on real boards that doubles the
+// reprojection error), a smaller one uses less of the edges.
 //
 // A chessboard whose corners across and down are one even and one odd has a first corner (its neighbouring
 // inner square is black); of others the one nearest to the picture's top left is taken.
