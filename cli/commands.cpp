@@ -1,5 +1,6 @@
 #include "cli/commands.h"
 
+#include "cli/calibrate_cameras_command.h"
 #include "cli/calibrate_commands.h"
 #include "cli/demo_command.h"
 #include "cli/design_commands.h"
@@ -31,6 +32,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeRecordCommand());
   all.push_back(MakeDetectCommand());
   all.push_back(MakeTrackCommand());
+  all.push_back(MakeCalibrateCamerasCommand());
   all.push_back(MakeCalibrateFoldCommand());
   all.push_back(MakeLinkCommand());
   all.push_back(MakeTrialsListCommand());

@@ -56,7 +56,7 @@ Status Check(const std::vector<Camera>& cameras, const std::vector<BoardView>& v
 }
 
 BundleOptions OptionsOf(const CalibrateCamerasOptions& options) {
-  return {.fit_intrinsics = options.lenses.empty(),
+  return {.fit_intrinsics = options.lenses.empty() || options.refine_lenses,
           .fit_distortion = true,
           .fit_cameras = true,
           .point_sigma = options.board_sigma,
@@ -190,7 +190,7 @@ void Report(const Bundle& bundle, const CalibrateCamerasOptions& options, Camera
       report.parameters.push_back({name, value, error, value - t * error, value + t * error});
     };
     const int lens = IntrinsicsOf(camera.distortion);
-    const bool fitted = options.lenses.empty();
+    const bool fitted = options.lenses.empty() || options.refine_lenses;
     const Eigen::Index at = answer.covariance.intrinsics_at[c];
     const auto place = [&](int i) { return fitted ? at + i : Eigen::Index{-1}; };
     add("focal_x_px", camera.focal_x_px, place(0));

@@ -19,8 +19,9 @@ struct CalibrateCamerasOptions {
   double outlier = 3;        // sigmas beyond which a corner counts less
   int folds = 5;             // of the cross-validation, over stamps; below 2: none
   double confidence = 0.95;  // of the intervals
-  std::vector<Camera> lenses =
-      {};  // known intrinsics, by camera: they stay, only poses are fitted; empty: fit
+  // Known intrinsics, by camera: they stay and only poses are fitted; empty: all are fitted.
+  std::vector<Camera> lenses = {};
+  bool refine_lenses = false;  // `lenses` are where their fit starts: views of four corners then suffice
 };
 
 struct CalibratedParameter {

@@ -55,22 +55,32 @@ ProjectionUncertainty UncertaintyOf(const Camera& camera, const Eigen::MatrixXd&
     Row2 turn;
   };
   std::vector<std::optional<Cell>> cells(static_cast<size_t>(rows * columns));
-  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
-  Eigen::MatrixXd across = Eigen::MatrixXd::Zero(3, n);
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       const Eigen::Vector2d pixel((c + 0.5) * camera.width_px / columns - 0.5,
                                   (r + 0.5) * camera.height_px / rows - 0.5);
       const auto ray = RayOfPixel(camera, pixel);
       if (!ray || !(ray->z() > 0)) continue;
-      Cell cell{ByLens(camera, *ray, n), ByTurn(camera, *ray)};
-      turns += cell.turn.transpose() * cell.turn;
-      across += cell.turn.transpose() * cell.lens;
-      cells[static_cast<size_t>(r * columns + c)] = std::move(cell);
+      cells[static_cast<size_t>(r * columns + c)] = Cell{ByLens(camera, *ray, n), ByTurn(camera, *ray)};
     }
   }
-  if (!(turns.trace() > 0)) return answer;
-  const Eigen::MatrixXd compensating = turns.ldlt().solve(across);
+  // The turn that suits best where the lens is known: cells count by the inverse of their variance, which
+  // takes a turn to compute; three rounds suffice for a picture.
+  Eigen::MatrixXd compensating = Eigen::MatrixXd::Zero(3, n);
+  for (int round = 0; round < 3; ++round) {
+    Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
+    Eigen::MatrixXd across = Eigen::MatrixXd::Zero(3, n);
+    for (const auto& cell : cells) {
+      if (!cell) continue;
+      const Row2 slope = cell->lens - cell->turn * compensating;
+      const double variance = (slope * lens_covariance * slope.transpose()).trace();
+      const double weight = 1 / std::max(variance, 1e-12);
+      turns += weight * cell->turn.transpose() * cell->turn;
+      across += weight * cell->turn.transpose() * cell->lens;
+    }
+    if (!(turns.trace() > 0)) return answer;
+    compensating = turns.ldlt().solve(across);
+  }
   std::vector<double> known;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {

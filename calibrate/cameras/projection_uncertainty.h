@@ -18,7 +18,7 @@ struct ProjectionUncertainty {
 
 // Standard deviation, in its worst direction, of the pixel that a distant point falls on. A lens that errs as
 // if the camera were turned does no harm to a rig whose poses were fitted with it, so the turn that suits
-// the error best over the whole picture is taken off first.
+// the error best, where the lens is known well, is taken off first.
 //   lens_covariance  of fx, fy, cx, cy (px) and the coefficients in use
 ProjectionUncertainty UncertaintyOf(const Camera& camera, const Eigen::MatrixXd& lens_covariance,
                                     int rows = 24, int columns = 32);

@@ -8,6 +8,8 @@
 
 #include "calibrate/cameras/calibrate_cameras.h"
 #include "capture/track/board.h"
+#include "capture/track/tag_pose.h"
+#include "tests/support/multicamera.h"
 #include "tests/support/shared_data.h"
 
 namespace tendril {
@@ -194,6 +196,50 @@ TEST(RealChessboards, AreMetBetterThanByOpenCv) {
       EXPECT_TRUE(std::isfinite(p.standard_error) && p.standard_error > 0) << p.name;
     }
   }
+}
+
+// Every tag is a board of four corners with a pose of its own; lenses are those that came with the stream,
+// and then fitted from there. Odd stamps are new to both.
+TEST(RealTagStream, FourMovingCamerasAreLinkedAndTheirLensesImproved) {
+  const auto folder = testing_support::SharedFolder() / "data" / "tagslam_test" / "test_6";
+  TENDRIL_SKIP_WITHOUT(folder);
+  const auto stream = testing_support::ReadTagStream(folder);
+  ASSERT_EQ(stream.cameras.size(), 4u);
+  const auto slow = testing_support::Between(testing_support::Moving(stream.views), 0, 2.5);
+  const Eigen::Matrix3Xd corners = TagCorners3d(0.125);  // tagslam.yaml
+  std::vector<BoardView> halves[2];
+  for (const int half : {0, 1}) {
+    std::map<std::pair<std::int64_t, int>, int> seen_by;
+    const auto tags = testing_support::Half(slow, half);
+    for (const TagView& tag : tags) ++seen_by[{tag.stamp, tag.tag}];
+    for (const TagView& tag : tags) {
+      if (seen_by[{tag.stamp, tag.tag}] < 2) continue;
+      halves[half].push_back({tag.stamp, tag.tag, tag.camera, {{0, 1, 2, 3}, tag.corners_px}});
+    }
+  }
+  std::vector<const BoardView*> held;
+  for (const BoardView& view : halves[1]) held.push_back(&view);
+  CalibrateCamerasOptions options{.folds = 0, .lenses = stream.cameras};
+  const auto given = CalibrateCameras(stream.cameras, halves[0], corners, options);
+  ASSERT_TRUE(given.ok()) << given.error().message;
+  options.refine_lenses = true;
+  const auto refined = CalibrateCameras(stream.cameras, halves[0], corners, options);
+  ASSERT_TRUE(refined.ok()) << refined.error().message;
+  const double held_given = RmsWithPosesFitted(given.value().cameras, held, corners).all_px;
+  const double held_refined = RmsWithPosesFitted(refined.value().cameras, held, corners).all_px;
+  std::printf("%d views: RMS %.3f px with the stream's lenses, %.3f px fitted; held out %.3f and %.3f px\n",
+              given.value().views, given.value().rms_px, refined.value().rms_px, held_given, held_refined);
+  for (size_t c = 0; c < 4; ++c) {
+    const auto& p = refined.value().reports[c].parameters;
+    std::printf("  %s: fx %.2f +- %.2f (stream: %.2f)", refined.value().cameras[c].name.c_str(), p[0].value,
+                p[0].standard_error, stream.cameras[c].focal_x_px);
+    const auto& q = given.value().reports[c].parameters;
+    if (c > 0) std::printf(", position %.4f +- %.4f m", q[8].value, q[8].standard_error);
+    std::printf("\n");
+    EXPECT_NEAR(p[0].value, stream.cameras[c].focal_x_px, 0.03 * stream.cameras[c].focal_x_px);
+  }
+  EXPECT_LT(held_given, 1.2);
+  EXPECT_LE(held_refined, 1.02 * held_given);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "capture/rig/camera_model.h"
@@ -70,8 +71,35 @@ inline Picture RenderBoard(const Camera& camera, const Eigen::Isometry3d& lab_fr
   const BoardPrint print(board);
   const Eigen::Isometry3d board_from_camera = (camera.camera_from_lab * lab_from_board).inverse();
   Picture picture(camera.width_px, camera.height_px, 90);
-  for (int v = 0; v < camera.height_px; ++v) {
-    for (int u = 0; u < camera.width_px; ++u) {
+  // Only where the board can be: about the print with its rim, three squares wide.
+  const Eigen::Matrix3Xd corners = BoardPoints(board);
+  const Eigen::Vector3d rim(3 * board.square, 3 * board.square, 0);
+  const Eigen::Vector3d low = corners.rowwise().minCoeff() - rim;
+  const Eigen::Vector3d high = corners.rowwise().maxCoeff() + rim;
+  Eigen::Array2d first(camera.width_px, camera.height_px);
+  Eigen::Array2d last(0, 0);
+  for (int i = 0; i < 64; ++i) {
+    const double t = (i % 16) / 15.0;
+    const Eigen::Vector3d at(i < 32   ? low.x() + t * (high.x() - low.x())
+                             : i < 48 ? low.x()
+                                      : high.x(),
+                             i >= 32  ? low.y() + t * (high.y() - low.y())
+                             : i < 16 ? low.y()
+                                      : high.y(),
+                             0);
+    const auto pixel = Project(camera, lab_from_board * at);
+    if (!pixel) {
+      first.setZero();
+      last = Eigen::Array2d(camera.width_px - 1, camera.height_px - 1);
+      break;
+    }
+    first = first.min(pixel->array());
+    last = last.max(pixel->array());
+  }
+  first = first.max(0);
+  last = last.min(Eigen::Array2d(camera.width_px - 1, camera.height_px - 1));
+  for (int v = static_cast<int>(first.y()); v <= last.y(); ++v) {
+    for (int u = static_cast<int>(first.x()); u <= last.x(); ++u) {
       // The middle ray decides whether the board is near; the lens bends little within one pixel.
       double sum = 0;
       const auto place = [&](double x, double y) -> std::optional<Eigen::Vector2d> {

@@ -1,0 +1,277 @@
+// tendril calibrate cameras: a rig file from pictures of a board.
+#include "cli/calibrate_cameras_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "calibrate/cameras/board_pictures.h"
+#include "calibrate/cameras/calibrate_cameras.h"
+#include "calibrate/cameras/projection_uncertainty.h"
+#include "capture/rig/rig.h"
+#include "db/files/safe_file.h"
+
+namespace tendril::cli {
+namespace {
+
+struct CalibrateCamerasCall {
+  std::string board;
+  std::vector<std::string> cameras;  // name=source
+  std::string model = "brown";
+  std::string lenses;
+  std::string rig_file;
+  std::string map_file;
+  int every = 1;
+  CalibrateCamerasOptions options;
+  double board_error_mm = 0;
+};
+
+nlohmann::ordered_json NumberOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+// left=left*.jpg; the same name again adds to its pictures.
+Result<std::vector<CameraPictures>> SplitCameras(const std::vector<std::string>& texts) {
+  std::vector<CameraPictures> cameras;
+  for (const std::string& text : texts) {
+    const size_t at = text.find('=');
+    if (at == std::string::npos || at == 0 || at + 1 == text.size()) {
+      return Error{
+          ErrorKind::kBadInput,
+          fmt::format("--camera {}; expected NAME=PICTURES, as left='left*.jpg' or cam0=cam0.mkv", text)};
+    }
+    const std::string name = text.substr(0, at);
+    auto known =
+        std::find_if(cameras.begin(), cameras.end(), [&](const CameraPictures& c) { return c.name == name; });
+    if (known == cameras.end()) known = cameras.insert(cameras.end(), {name, {}});
+    known->sources.push_back(text.substr(at + 1));
+  }
+  return cameras;
+}
+
+// The lenses of a rig file, by the cameras' names.
+Result<std::vector<Camera>> KnownLenses(const std::string& file, const std::vector<Camera>& cameras) {
+  const auto rig = ReadRig(file);
+  if (!rig.ok()) return rig.error();
+  std::vector<Camera> lenses;
+  for (const Camera& camera : cameras) {
+    const auto& all = rig.value().cameras;
+    const auto known =
+        std::find_if(all.begin(), all.end(), [&](const Camera& c) { return c.name == camera.name; });
+    if (known == all.end()) {
+      return Error{ErrorKind::kBadInput, fmt::format("{}: no camera named {}", file, camera.name)};
+    }
+    if (known->width_px != camera.width_px || known->height_px != camera.height_px) {
+      return Error{
+          ErrorKind::kBadInput,
+          fmt::format("{}: camera {} has pictures of {} x {} px, those given have {} x {}", file, camera.name,
+                      known->width_px, known->height_px, camera.width_px, camera.height_px)};
+    }
+    lenses.push_back(*known);
+    lenses.back().camera_from_lab.setIdentity();
+  }
+  return lenses;
+}
+
+std::vector<UncertaintyPanel> Panels(const CameraCalibration& fit, const std::vector<BoardView>& views) {
+  std::vector<UncertaintyPanel> panels;
+  for (size_t c = 0; c < fit.cameras.size(); ++c) {
+    UncertaintyPanel panel{fit.cameras[c].name,
+                           fit.cameras[c].width_px,
+                           fit.cameras[c].height_px,
+                           UncertaintyOf(fit.cameras[c], fit.reports[c].lens_covariance),
+                           {}};
+    for (const BoardView& view : views) {
+      if (view.camera != static_cast<int>(c)) continue;
+      for (Eigen::Index k = 0; k < view.corners.pixels.cols(); ++k)
+        panel.corners_px.push_back(view.corners.pixels.col(k));
+    }
+    panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
+void Show(Output& out, const CameraCalibration& fit, const std::vector<UncertaintyPanel>& panels,
+          double confidence) {
+  const bool held = std::isfinite(fit.held_out_rms_px);
+  out.Print("{} camera{}, {} moments, {} views, {} corners", fit.cameras.size(),
+            fit.cameras.size() == 1 ? "" : "s", fit.stamps, fit.views, fit.corners);
+  out.Print("reprojection RMS {:.4f} px{}", fit.rms_px,
+            held
+                ? fmt::format(", held-out pictures {:.4f} px ({} folds)", fit.held_out_rms_px, fit.folds_used)
+                : "");
+  auto& cameras = out.fields()["cameras"] = nlohmann::ordered_json::array();
+  for (size_t c = 0; c < fit.cameras.size(); ++c) {
+    const CalibratedCamera& report = fit.reports[c];
+    const ProjectionUncertainty& sure = panels[c].uncertainty;
+    out.Print(
+        "camera {}: {} views, RMS {:.4f} px{}; projection known to {:.3f} px (median), {:.3f} px (worst)",
+        fit.cameras[c].name, report.views, report.rms_px,
+        held ? fmt::format(", held out {:.4f}", report.held_out_rms_px) : "", sure.median_px,
+        sure.largest_px);
+    nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
+    for (const CalibratedParameter& p : report.parameters) {
+      if (p.standard_error == 0) {
+        out.Print("  {:15} {:12.5f}   (given)", p.name, p.value);
+      } else if (std::isfinite(p.standard_error)) {
+        out.Print("  {:15} {:12.5f} +- {:.5f}   {:.0f} %: {:.5f} .. {:.5f}", p.name, p.value,
+                  p.standard_error, 100 * confidence, p.low, p.high);
+      } else {
+        out.Print("  {:15} {:12.5f}   not determined", p.name, p.value);
+      }
+      parameters.push_back({{"name", p.name},
+                            {"value", p.value},
+                            {"standard_error", NumberOrNull(p.standard_error)},
+                            {"interval", {NumberOrNull(p.low), NumberOrNull(p.high)}}});
+    }
+    cameras.push_back({{"name", fit.cameras[c].name},
+                       {"image_size_px", {fit.cameras[c].width_px, fit.cameras[c].height_px}},
+                       {"views", report.views},
+                       {"corners", report.corners},
+                       {"rms_px", report.rms_px},
+                       {"held_out_rms_px", NumberOrNull(report.held_out_rms_px)},
+                       {"projection_sigma_median_px", NumberOrNull(sure.median_px)},
+                       {"projection_sigma_largest_px", NumberOrNull(sure.largest_px)},
+                       {"parameters", std::move(parameters)}});
+  }
+  out.fields()["rms_px"] = fit.rms_px;
+  out.fields()["held_out_rms_px"] = NumberOrNull(fit.held_out_rms_px);
+  out.fields()["folds"] = fit.folds_used;
+  out.fields()["refit_ratio"] = NumberOrNull(fit.refit_ratio);
+  out.fields()["confidence"] = confidence;
+  out.fields()["stamps"] = fit.stamps;
+  out.fields()["views"] = fit.views;
+  out.fields()["corners"] = fit.corners;
+  out.fields()["corners_beyond_outlier"] = fit.down_weighted;
+  out.fields()["converged"] = fit.converged;
+  out.fields()["iterations"] = fit.iterations;
+  out.fields()["seconds"] = fit.seconds;
+  out.fields()["weaknesses"] = fit.weaknesses;
+  if (!fit.weaknesses.empty()) out.Print("what these pictures are too weak for:");
+  for (const std::string& sentence : fit.weaknesses) out.Print("  - {}", sentence);
+}
+
+Status WriteMap(const std::string& file, const std::vector<UncertaintyPanel>& panels) {
+  const auto write = [&](const std::filesystem::path& beside) -> Status {
+    try {
+      if (cv::imwrite(beside.string(), DrawUncertainty(panels))) return Ok{};
+    } catch (const cv::Exception& error) {
+      return Error{ErrorKind::kBadInput, file + ": the map cannot be written (" + error.err + ")"};
+    }
+    return Error{ErrorKind::kIo, file + ": the map cannot be written"};
+  };
+  return WriteBeside(file, write);
+}
+
+Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
+  const auto board = ParseBoard(call.board);
+  if (!board.ok()) return board.error();
+  const auto pictures = SplitCameras(call.cameras);
+  if (!pictures.ok()) return pictures.error();
+  auto seen = FindBoards(pictures.value(), board.value(), call.every, out.ShowProgress("boards"));
+  if (!seen.ok()) return seen.error();
+  for (const std::string& note : seen.value().notes) out.Warn(note);
+  if (LooksSameTurned(board.value()) && pictures.value().size() > 1) {
+    out.Warn(
+        fmt::format("a chessboard of {} x {} corners looks the same turned by half a turn: every camera must "
+                    "see it the same way up; one even and one odd count would tell",
+                    board.value().columns, board.value().rows));
+  }
+  for (Camera& camera : seen.value().cameras) {
+    camera.distortion = call.model == "equidistant" ? Distortion::kEquidistant
+                        : call.model == "none"      ? Distortion::kNone
+                                                    : Distortion::kBrown;
+  }
+  CalibrateCamerasOptions options = call.options;
+  options.board_sigma = 1e-3 * call.board_error_mm;
+  if (!call.lenses.empty()) {
+    auto lenses = KnownLenses(call.lenses, seen.value().cameras);
+    if (!lenses.ok()) return lenses.error();
+    options.lenses = std::move(lenses).value();
+  }
+  const auto fit = CalibrateCameras(seen.value().cameras, seen.value().views, BoardPoints(board.value()),
+                                    options, out.ShowProgress("fit"));
+  if (!fit.ok()) return fit.error();
+  const std::vector<UncertaintyPanel> panels = Panels(fit.value(), seen.value().views);
+  out.fields()["board"] = BoardText(board.value());
+  Show(out, fit.value(), panels, options.confidence);
+  if (options.board_sigma > 0) {
+    const Eigen::Matrix3Xd off = 1e3 * (fit.value().points - BoardPoints(board.value()));
+    const double rms = std::sqrt(off.squaredNorm() / static_cast<double>(off.cols()));
+    out.Print("board: corners lie {:.3f} mm (RMS) from their layout, at most {:.3f} mm off its plane", rms,
+              off.row(2).cwiseAbs().maxCoeff());
+    nlohmann::ordered_json corrections = nlohmann::ordered_json::array();
+    for (Eigen::Index k = 0; k < off.cols(); ++k) corrections.push_back({off(0, k), off(1, k), off(2, k)});
+    out.fields()["board_corrections_mm"] = std::move(corrections);
+  }
+  if (!call.rig_file.empty()) {
+    Rig rig;
+    rig.name = std::filesystem::path(call.rig_file).stem().string();
+    rig.cameras = fit.value().cameras;
+    if (auto s = WriteText(call.rig_file, RigToml(rig)); !s.ok()) return s;
+    out.fields()["rig"] = call.rig_file;
+    out.Print("rig: {}", call.rig_file);
+  }
+  if (!call.map_file.empty()) {
+    if (auto s = WriteMap(call.map_file, panels); !s.ok()) return s;
+    out.fields()["map"] = call.map_file;
+    out.Print("map of uncertainty: {}", call.map_file);
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Command MakeCalibrateCamerasCommand() {
+  auto call = std::make_shared<CalibrateCamerasCall>();
+  return {
+      .path = "calibrate cameras",
+      .help = "lenses and poses of cameras from pictures of a chessboard, ChArUco board or AprilGrid",
+      .example =
+          "tendril calibrate cameras --board chessboard:9x6:0.025 --camera 'left=left*.jpg' --camera "
+          "'right=right*.jpg' --out rig.toml --report map.png",
+      .declare =
+          [call](CLI::App& app) {
+            app.add_option(
+                   "--board", call->board,
+                   "chessboard:9x6:0.025 (inner corners, m), charuco:7x5:0.04:0.03:4x4_50 (squares, m, m) or "
+                   "aprilgrid:6x6:0.088:0.3:2 (tags, m, gap / side, border bits)")
+                ->required();
+            app.add_option(
+                   "--camera", call->cameras,
+                   "NAME=PICTURES: a file, folder, pattern or video; once per camera, the first is the lab's "
+                   "frame. Equal numbers in names (or frames) were taken at once")
+                ->required();
+            app.add_option("--model", call->model, "lens: brown (radial and tangential), equidistant, none")
+                ->check(CLI::IsMember({"brown", "equidistant", "none"}))
+                ->capture_default_str();
+            app.add_option("--lenses", call->lenses,
+                           "rig file whose lenses stay: only poses are fitted (TOML)");
+            app.add_flag("--refine", call->options.refine_lenses,
+                         "with --lenses: start from them, and fit them too");
+            app.add_option(
+                   "--board-error", call->board_error_mm,
+                   "fit corrections of the printed board's corners, of about this size (mm; 0: it is exact)")
+                ->check(CLI::NonNegativeNumber)
+                ->capture_default_str();
+            app.add_option("--every", call->every, "of videos, take each so manieth frame (count)")
+                ->check(CLI::PositiveNumber)
+                ->capture_default_str();
+            app.add_option("--folds", call->options.folds, "of the cross-validation; 0: none (count)")
+                ->check(CLI::NonNegativeNumber)
+                ->capture_default_str();
+            app.add_option("--confidence", call->options.confidence,
+                           "of the intervals, as a fraction (0 to 1)")
+                ->check(CLI::Range(0.5, 0.9999))
+                ->capture_default_str();
+            app.add_option("--out", call->rig_file, "write the rig (TOML)");
+            app.add_option("--report", call->map_file, "draw how sure each camera's projection is (PNG)");
+          },
+      .run = [call](Output& out) { return RunCalibrateCameras(*call, out); },
+  };
+}
+
+}  // namespace tendril::cli
