@@ -21,7 +21,7 @@ struct GraspAnswer {
 // Those of the given series, where every group has a trusted trial: whether grasps get fewer with distance,
 // whether more pairs hold more often, whether the designs differ at the same distances, whether the media do
 // (water at distances of 13.3 to 53.3 %, each against air 6.7 % nearer), and whether what a sensitivity
-// varies matters. Twenty questions: at 5 % one of them is answered yes by luck.
+// varies matters. Of the 23 at 5 % one is told apart by luck.
 std::vector<GraspAnswer> AnswersOf(const std::vector<GraspSeries>& series,
                                    const std::vector<GraspOutcome>& outcomes);
 
