@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "capture/record/picture_file.h"
 #include "capture/track/tag_detect.h"
 
 namespace tendril::cli {
@@ -18,18 +19,6 @@ struct DetectCall {
   bool library_corners = false;
   std::string overlay;
 };
-
-Result<cv::Mat> ReadGray(const std::string& file) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return Error{ErrorKind::kNotFound, file + ": no such file"};
-  try {
-    cv::Mat gray = cv::imread(file, cv::IMREAD_GRAYSCALE);
-    if (!gray.empty()) return gray;
-  } catch (const cv::Exception&) {
-    // Said below.
-  }
-  return Error{ErrorKind::kBadInput, file + ": not a picture; expected PNG, JPEG, TIFF, BMP or PGM"};
-}
 
 Status DrawOverlay(const cv::Mat& gray, const std::vector<TagDetection>& tags, const std::string& file) {
   constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
@@ -77,7 +66,7 @@ Status RunDetect(const DetectCall& call, Output& out) {
 
   auto& images = out.fields()["images"] = nlohmann::ordered_json::array();
   for (const std::string& file : call.images) {
-    const auto gray = ReadGray(file);
+    const auto gray = ReadGrayPicture(file);
     if (!gray.ok()) return gray.error();
     const cv::Mat& picture = gray.value();
     const auto tags =

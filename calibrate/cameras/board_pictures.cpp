@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <set>
 
+#include "capture/record/picture_file.h"
 #include "capture/record/video_file.h"
 
 namespace tendril {
@@ -27,11 +27,6 @@ bool IsVideo(const fs::path& file) {
   return kinds.contains(Lower(file.extension().string()));
 }
 
-bool IsPicture(const fs::path& file) {
-  static const std::set<std::string> kinds{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff"};
-  return kinds.contains(Lower(file.extension().string()));
-}
-
 // The files that a camera's sources stand for, each source's by name.
 Result<std::vector<fs::path>> FilesOf(const CameraPictures& camera) {
   std::vector<fs::path> files;
@@ -41,7 +36,7 @@ Result<std::vector<fs::path>> FilesOf(const CameraPictures& camera) {
     std::vector<fs::path> some;
     if (fs::is_directory(path, ignored)) {
       for (const auto& entry : fs::directory_iterator(path, ignored)) {
-        if (IsPicture(entry.path())) some.push_back(entry.path());
+        if (IsPictureFile(entry.path())) some.push_back(entry.path());
       }
     } else if (fs::exists(path, ignored)) {
       some.push_back(path);
@@ -91,16 +86,6 @@ std::optional<std::vector<std::int64_t>> Numbers(const std::vector<fs::path>& fi
   }
   if (std::set<std::int64_t>(numbers.begin(), numbers.end()).size() != numbers.size()) return std::nullopt;
   return numbers;
-}
-
-Result<cv::Mat> ReadGray(const fs::path& file) {
-  try {
-    cv::Mat gray = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-    if (!gray.empty()) return gray;
-  } catch (const cv::Exception&) {
-    // Said below.
-  }
-  return Error{ErrorKind::kBadInput, file.string() + ": not a picture; expected PNG, JPEG, TIFF, BMP or PGM"};
 }
 
 // Looks for the board in one picture and keeps what it shows.
@@ -181,7 +166,7 @@ Result<BoardsSeen> FindBoards(const std::vector<CameraPictures>& cameras, const 
         if (!share(static_cast<double>(i) / static_cast<double>(files[c].size()))) {
           return Error{ErrorKind::kStopped, "stopped"};
         }
-        const auto gray = ReadGray(files[c][i]);
+        const auto gray = ReadGrayPicture(files[c][i]);
         if (!gray.ok()) return gray.error();
         const std::int64_t stamp = numbered ? (*numbers[c])[i] : static_cast<std::int64_t>(i);
         if (auto s = Look(gray.value(), board, stamp, index, files[c][i].string(), seen); !s.ok())

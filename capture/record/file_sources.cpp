@@ -3,13 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "capture/record/picture_file.h"
 #include "capture/record/video_file.h"
 
 namespace tendril {
@@ -82,15 +81,10 @@ class ImageSource : public FrameSource {
   Result<std::optional<SourceFrame>> Next() override {
     if (read_ == files_.size()) return std::optional<SourceFrame>();
     const fs::path& file = files_[read_];
+    Result<cv::Mat> gray = ReadGrayPicture(file);
+    if (!gray.ok()) return gray.error();
     SourceFrame frame;
-    try {
-      frame.image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-    } catch (const cv::Exception& e) {
-      return Error{ErrorKind::kBadInput, fmt::format("{}: not a picture ({})", file.string(), e.err)};
-    }
-    if (frame.image.empty()) {
-      return Error{ErrorKind::kBadInput, fmt::format("{}: not a picture that can be read", file.string())};
-    }
+    frame.image = std::move(gray).value();
     if (read_ == 0) size_ = frame.image.size();
     if (frame.image.size() != size_) {
       return Error{ErrorKind::kBadInput,
@@ -131,16 +125,6 @@ class ServoFileSource : public ServoSource {
   std::size_t read_ = 0;
 };
 
-bool IsPicture(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff"}) {
-    if (extension == known) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<FrameSource>> MakeVideoSource(const fs::path& file) {
@@ -167,7 +151,7 @@ Result<std::unique_ptr<FrameSource>> MakeImageSource(const fs::path& folder, dou
   std::vector<fs::path> files;
   for (auto it = fs::directory_iterator(folder, failed); !failed && it != fs::directory_iterator();
        it.increment(failed)) {
-    if (IsPicture(it->path())) files.push_back(it->path());
+    if (IsPictureFile(it->path())) files.push_back(it->path());
   }
   if (failed) {
     return Error{ErrorKind::kNotFound,
