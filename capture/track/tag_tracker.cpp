@@ -58,7 +58,6 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, TrackedTag
   if (look == nullptr) return false;
   TagFitOptions fit = options_.fit;
   fit.blur_px = track.blur_px;
-  fit.largest_shift_px = options_.fit.largest_shift_px;
   const Corners there =
       track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
   TagFit found = FitTag(image, *look, there, fit, track.follow);
