@@ -96,6 +96,8 @@ class ContactList {
   static constexpr double kStepsAhead = 48, kSlowest = 0.25, kLeastAllowed = 1e-3, kMostAllowed = 0.06;
   // For how many steps pairs are narrowed.
   static constexpr double kStepsNarrowed = 4;
+  // Pairs of which a larger share would be kept stay all.
+  static constexpr double kHardlyNarrowed = 0.8;
 
   // A rod or body; in a row from `place` on, side by side with others from `lane` on (contact_kernel.h).
   struct Strand {
@@ -158,7 +160,7 @@ class ContactList {
   void TouchAsPublished();
   void MakeNeighbours();
   void FindPartners();
-  void FindRuns(int first, int end, const Strand& other);
+  void FindRuns(const Eigen::Vector3d& center, double reach, const Strand& other);
   void AddRuns(int element, std::span<const int> runs, int from);
 
   Contact contact_;

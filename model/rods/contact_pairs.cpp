@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "model/rods/contact_list.h"
 #include "model/rods/press.h"
@@ -149,7 +150,8 @@ double* ConstantsOf(ContactSlots& slots, int count, std::size_t slot) {
 
 }  // namespace
 
-// For some steps like the last; pairs that are left out lose their springs, as what does not touch does.
+// For some steps like the last, or where hardly any would be left out, until pairs are chosen anew. Pairs
+// that are left out lose their springs, as what does not touch does.
 void ContactList::NarrowPairs(double moved) {
   slack_ = std::clamp(2 * kStepsNarrowed * moved, kLeastAllowed * thinnest_, kMostAllowed * thinnest_);
   // As many as there may ever be of the pairs, so that nothing is allocated later.
@@ -165,6 +167,11 @@ void ContactList::NarrowPairs(double moved) {
   narrow.at = nodes_.data();
   narrow.slots = narrowed_.data();
   contact_kernel::KernelsOfThisMachine().narrow(narrow);
+  if (narrow.found > kHardlyNarrowed * rod_pairs_.found) {
+    narrow.found = rod_pairs_.found;
+    std::iota(narrowed_.begin(), narrowed_.begin() + narrow.found, 0);
+    slack_ = kNothing;
+  }
   std::swap(old_, near_);
   near_.Reserve(most, contact_kernel::kPressConstants);
   near_.TakePairs(rod_pairs_, {narrowed_.data(), static_cast<std::size_t>(narrow.found)},
@@ -214,19 +221,12 @@ void ContactList::PutPressConstants(ContactSlots& slots) const {
   }
 }
 
-// Runs of a rod of which something may come to touch elements [first, end), a run themselves; appended.
-void ContactList::FindRuns(int first, int end, const Strand& other) {
-  const double *x = At(kCenterX), *y = At(kCenterY), *z = At(kCenterZ), *reach = At(kOldReach);
-  const int middle = (first + end) / 2;
-  double ours = 0;
-  for (int i = first; i < end; ++i) {
-    const double dx = x[i] - x[middle], dy = y[i] - y[middle], dz = z[i] - z[middle];
-    ours = std::max(ours, std::sqrt(dx * dx + dy * dy + dz * dz) + reach[i]);
-  }
+// Runs of a rod of which something may come to touch what lies within a ball; appended.
+void ContactList::FindRuns(const Eigen::Vector3d& center, double reach, const Strand& other) {
   for (int j = other.place; j < other.place + other.elements; j += kRun) {
     const auto run = static_cast<std::size_t>(j / kRun);
-    const double dx = run_x_[run] - x[middle], dy = run_y_[run] - y[middle], dz = run_z_[run] - z[middle];
-    const double together = ours + run_reach_[run];
+    const double dx = run_x_[run] - center.x(), dy = run_y_[run] - center.y(), dz = run_z_[run] - center.z();
+    const double together = reach + run_reach_[run];
     if (dx * dx + dy * dy + dz * dz < together * together) near_runs_.push_back(j);
   }
 }
@@ -320,13 +320,16 @@ void ContactList::MakeNeighbours() {
     const bool self = a < rods_ && pairs_.selves;
     for (int first = 0; first < strand.elements; first += kRun) {
       const int end = std::min(first + kRun, strand.elements);
-      const auto find = [&](const Strand& other) {
-        FindRuns(strand.place + first, strand.place + end, other);
-      };
+      const int middle = strand.place + (first + end) / 2;
+      const Eigen::Vector3d center(x[middle], y[middle], z[middle]);
+      double ball = 0;
+      for (int i = strand.place + first; i < strand.place + end; ++i) {
+        ball = std::max(ball, (Eigen::Vector3d(x[i], y[i], z[i]) - center).norm() + reach[i]);
+      }
       near_runs_.clear();
-      for (const std::size_t b : partners_[a]) find(strands_[b]);
+      for (const std::size_t b : partners_[a]) FindRuns(center, ball, strands_[b]);
       const std::size_t others = near_runs_.size();
-      if (self) find(strand);
+      if (self) FindRuns(center, ball, strand);
       const std::span<const int> all(near_runs_);
       for (int i = first; i < end && !all.empty(); ++i) {
         const std::size_t before = runs_.size();
