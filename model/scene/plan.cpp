@@ -222,6 +222,7 @@ struct Planner {
       if (scene.gripper && scene.gripper->shortening == Shortening::kTrue) stretch = HUGE_VAL;
     }
     const auto off_by = [](double strain) {
+      if (!std::isfinite(strain)) return std::string("tentacles are drawn shorter");
       return "forces change lengths by at most " + ShortNumber(100 * strain) + " %";
     };
     const bool exact = scene.level == SimulationLevel::kPaper || scene.level == SimulationLevel::kStatic;
