@@ -62,10 +62,15 @@ cv::Mat Panel(const UncertaintyPanel& panel, int height) {
         if (rim(line[i]) || rim(line[i - 1])) continue;
         cv::line(color, line[i - 1], line[i], {40, 40, 40}, 1, cv::LINE_AA);
         if (labels++ == 20) {
-          cv::putText(color, fmt::format("{:g}", level), line[i], cv::FONT_HERSHEY_SIMPLEX, 0.5, {0, 0, 0}, 3,
-                      cv::LINE_AA);
-          cv::putText(color, fmt::format("{:g}", level), line[i], cv::FONT_HERSHEY_SIMPLEX, 0.5,
-                      {255, 255, 255}, 1, cv::LINE_AA);
+          const std::string label = fmt::format("{:g}", level);
+          int below = 0;
+          const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, 0.5, 3, &below);
+          // Whole within the picture.
+          const cv::Point at(
+              std::clamp(line[i].x, 2, std::max(2, color.cols - size.width - 2)),
+              std::clamp(line[i].y, size.height + 2, std::max(size.height + 2, color.rows - 4)));
+          cv::putText(color, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, {0, 0, 0}, 3, cv::LINE_AA);
+          cv::putText(color, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, {255, 255, 255}, 1, cv::LINE_AA);
         }
       }
     }

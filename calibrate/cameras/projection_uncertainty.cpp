@@ -65,16 +65,27 @@ ProjectionUncertainty UncertaintyOf(const Camera& camera, const Eigen::MatrixXd&
     }
   }
   // The turn that suits best where the lens is known: cells count by the inverse of their variance, which
-  // takes a turn to compute; three rounds suffice for a picture.
+  // takes a turn to compute; three rounds suffice for a picture. None counts more than the middle one, or the
+  // turn would suit one place better and better, and that place seem known.
   Eigen::MatrixXd compensating = Eigen::MatrixXd::Zero(3, n);
   for (int round = 0; round < 3; ++round) {
     Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
     Eigen::MatrixXd across = Eigen::MatrixXd::Zero(3, n);
+    std::vector<double> variances;
     for (const auto& cell : cells) {
       if (!cell) continue;
       const Row2 slope = cell->lens - cell->turn * compensating;
-      const double variance = (slope * lens_covariance * slope.transpose()).trace();
-      const double weight = 1 / std::max(variance, 1e-12);
+      variances.push_back((slope * lens_covariance * slope.transpose()).trace());
+    }
+    if (variances.empty()) return answer;
+    std::vector<double> sorted = variances;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double floor = std::max(*middle, 1e-12);
+    std::size_t next = 0;
+    for (const auto& cell : cells) {
+      if (!cell) continue;
+      const double weight = 1 / std::max(variances[next++], floor);
       turns += weight * cell->turn.transpose() * cell->turn;
       across += weight * cell->turn.transpose() * cell->lens;
     }

@@ -123,7 +123,7 @@ Result<Rig> ReadRig(const std::filesystem::path& file) {
 std::string RigToml(const Rig& rig) {
   const auto list = [](std::initializer_list<double> values) {
     std::string text;
-    for (const double v : values) text += (text.empty() ? "[" : ", ") + TomlNumber(v);
+    for (const double v : values) text += (text.empty() ? "[" : ", ") + TomlNumber(v + 0.0);  // no -0
     return text + "]";
   };
   std::string text = fmt::format("name = {}\n", TomlText(rig.name));
