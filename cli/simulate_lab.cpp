@@ -34,7 +34,7 @@ ObjectSpec ObjectOf(const Scene& scene) {
   spec.radius = body.radius;
   spec.length = (body.end - body.start).norm() + 2 * body.radius;
   spec.position = object.pose.translation();
-  // A trial has to have one; of a kind without an axis nobody reads it (HasAxis).
+  // A trial has to have one; of a kind without an axis nobody reads it.
   const std::optional<Axis> axis = AxisOf(object);
   spec.axis = axis ? axis->direction : Eigen::Vector3d(Eigen::Vector3d::UnitX());
   if (object.kind == "cylinder") spec.length = 2 * object.shape[0].half.z();
