@@ -5,20 +5,25 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/track/tag_fit_kernel.h"
+#include "model/machine.h"
+
 namespace tendril::tag_fit {
 
 std::optional<Eigen::Matrix<double, 8, 1>> HomographyTo(const Corners& corners) {
-  Eigen::Matrix<double, 8, 8> a;
-  Eigen::Matrix<double, 8, 1> b;
-  for (int i = 0; i < 4; ++i) {
-    const double x = kCornerX[i], y = kCornerY[i], u = corners(0, i), v = corners(1, i);
-    a.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
-    a.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
-    b.segment<2>(2 * i) << u, v;
-  }
-  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> lu(a);
-  if (!lu.isInvertible()) return std::nullopt;
-  const Eigen::Matrix<double, 8, 1> h = lu.solve(b);
+  // With w what the homography divides a corner by, w0 p0 + w2 p2 = w1 p1 + w3 p3 and w0 + w2 = 2 = w1 + w3.
+  const Eigen::Vector2d p0 = corners.col(0), p1 = corners.col(1), p2 = corners.col(2), p3 = corners.col(3);
+  const Eigen::Vector2d one = p0 - p2, other = p1 - p3, right = 2 * (p3 - p2);
+  const double area = one.y() * other.x() - one.x() * other.y();
+  if (!(std::abs(area) > 1e-9 * (one.squaredNorm() + other.squaredNorm()))) return std::nullopt;
+  const double w0 = (right.y() * other.x() - right.x() * other.y()) / area;
+  const double w1 = (one.x() * right.y() - one.y() * right.x()) / area;
+  Eigen::Matrix<double, 8, 1> h;
+  h[6] = 0.5 * (w1 - w0);
+  h[7] = 0.5 * (w0 + w1) - 1;
+  const Eigen::Vector2d middle = 0.5 * (w0 * p0 + (2 - w0) * p2), by_x = 0.5 * (w1 * p1 - w0 * p0);
+  const Eigen::Vector2d by_y = 0.5 * (w0 * p0 + w1 * p1) - middle;
+  h.head<6>() << by_x.x(), by_y.x(), middle.x(), by_x.y(), by_y.y(), middle.y();
   // The whole tag lies before the camera.
   for (int i = 0; i < 4; ++i) {
     if (!(h[6] * kCornerX[i] + h[7] * kCornerY[i] + 1 > 0.2)) return std::nullopt;
@@ -42,6 +47,17 @@ Corners CornersOf(const Unknowns& x) {
 }
 
 namespace {
+
+const Kernels& KernelsOfThisMachine() {
+#ifdef TENDRIL_FIT_X86
+  static const Kernels kernels = MachineDoubles() == 8   ? Avx512Kernels()
+                                 : MachineDoubles() == 4 ? Avx2Kernels()
+                                                         : BaseKernels();
+#else
+  static const Kernels kernels = BaseKernels();
+#endif
+  return kernels;
+}
 
 Eigen::Matrix2d BlurOf(const Unknowns& x, const Eigen::Matrix3d& tag_from_pixel, double half, double blur) {
   // The middle of the tag stands for all of it.
@@ -78,20 +94,22 @@ class PlainProblem : public Problem {
  public:
   using Problem::Problem;
 
-  void StartContrast(Unknowns& x) const override {
+  void StartContrast(Unknowns& x) override {
     const Eigen::Matrix3d g = Matrix(x).inverse();
     const Eigen::Matrix2d blur = BlurOf(x, g, half_, std::exp(x[kBlur]));
     if (!IsFine(blur)) return;
     const TagSeer seer(look_, blur);
     Eigen::Matrix3d normals = Eigen::Vector3d(0, 0, 1e-6).asDiagonal();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const Pixel& p : pixels_) {
-      const double d = half_ / (g(2, 0) * p.x + g(2, 1) * p.y + g(2, 2));
-      const SeenTag seen = seer.See(d * (g(0, 0) * p.x + g(0, 1) * p.y + g(0, 2)) + 0.5 * look_.modules,
-                                    d * (g(1, 0) * p.x + g(1, 1) * p.y + g(1, 2)) + 0.5 * look_.modules);
+    for (int i = 0; i < pixels_.count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double px = pixels_.x[at], py = pixels_.y[at], gray = pixels_.gray[at];
+      const double d = half_ / (g(2, 0) * px + g(2, 1) * py + g(2, 2));
+      const SeenTag seen = seer.See(d * (g(0, 0) * px + g(0, 1) * py + g(0, 2)) + 0.5 * look_.modules,
+                                    d * (g(1, 0) * px + g(1, 1) * py + g(1, 2)) + 0.5 * look_.modules);
       const Eigen::Vector3d j(1, seen.white, seen.surround);
       normals += j * j.transpose();
-      right += p.gray * j;
+      right += gray * j;
     }
     x.segment<3>(kBlack) = normals.ldlt().solve(right);
   }
@@ -107,13 +125,15 @@ class PlainProblem : public Problem {
     gradient.setZero();
     double cost = Prior(x, normals, gradient);
     Unknowns j;
-    for (const Pixel& p : pixels_) {
-      const double s = g[6] * p.x + g[7] * p.y + g[8];
-      const double tx = (g[0] * p.x + g[1] * p.y + g[2]) / s, ty = (g[3] * p.x + g[4] * p.y + g[5]) / s;
+    for (int i = 0; i < pixels_.count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double px = pixels_.x[at], py = pixels_.y[at], gray = pixels_.gray[at];
+      const double s = g[6] * px + g[7] * py + g[8];
+      const double tx = (g[0] * px + g[1] * py + g[2]) / s, ty = (g[3] * px + g[4] * py + g[5]) / s;
       const SeenTag seen = seer.See(tx * half_ + 0.5 * look_.modules, ty * half_ + 0.5 * look_.modules);
-      const double residual = x[kBlack] + x[kWhite] * seen.white + x[kSurround] * seen.surround - p.gray;
+      const double residual = x[kBlack] + x[kWhite] * seen.white + x[kSurround] * seen.surround - gray;
       cost += residual * residual;
-      RowOf(x.data(), g, half_, p.x, p.y, tx, ty, s, seen, j.data());
+      RowOf(x.data(), g, half_, px, py, tx, ty, s, seen, j.data());
       normals.selfadjointView<Eigen::Lower>().rankUpdate(j);
       gradient += residual * j;
     }
@@ -122,90 +142,78 @@ class PlainProblem : public Problem {
   }
 };
 
-// By a TagTable in single precision.
+// By a TagTable in single precision, many pixels at once.
 class TableProblem : public Problem {
  public:
-  TableProblem(const TagLook& look, const std::vector<Pixel>& pixels, const TagFitOptions& options,
-               TagFollow& follow)
-      : Problem(look, pixels, options),
-        follow_(follow),
-        rows_(kUnknowns + 1, static_cast<Eigen::Index>(pixels.size())) {}
+  TableProblem(const TagLook& look, const Pixels& pixels, const TagFitOptions& options, TagFollow& follow)
+      : Problem(look, pixels, options), follow_(follow) {}
 
-  // Makes the table anew where it must; false: the tag is degenerate.
+  // Makes the table anew where it must; false: no table serves.
   bool Prepare(const Unknowns& x) {
     const Eigen::Matrix2d blur = BlurOf(x, Matrix(x).inverse(), half_, options_.blur_px);
-    if (!IsFine(blur)) return false;
+    if (!IsFine(blur) || !TagTable::CanServe(blur)) return false;
     if (!follow_.table.Serves(blur)) follow_.table.Make(look_, blur);
     if (follow_.white - follow_.black > 0) ComeNear();
     return true;
   }
 
-  void StartContrast(Unknowns& x) const override {
-    Eigen::Matrix3d normals = Eigen::Vector3d(0, 0, 1e-6).asDiagonal();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  void StartContrast(Unknowns& x) override {
     if (follow_.white - follow_.black > 0) {
       x.segment<3>(kBlack) << follow_.black, follow_.white - follow_.black, follow_.surround - follow_.black;
       return;
     }
-    ForEach(x, [&](const Pixel& p, float, float, float, const TagTable::Seen& seen) {
-      const Eigen::Vector3d j(1, seen.white, seen.surround);
-      normals += j * j.transpose();
-      right += p.gray * j;
-    });
-    x.segment<3>(kBlack) = normals.ldlt().solve(right);
+    // Without any brightness the residual is what the pixels have.
+    Unknowns dark = x;
+    dark.segment<3>(kBlack).setZero();
+    Normals normals;
+    Unknowns gradient;
+    Sum(dark, normals, gradient);
+    Eigen::Matrix3d seen = normals.block<3, 3>(kBlack, kBlack);
+    seen(2, 2) += 1e-6;
+    x.segment<3>(kBlack) = seen.ldlt().solve(-gradient.segment<3>(kBlack));
   }
 
   double Cost(const Unknowns& x, Normals& normals, Unknowns& gradient) override {
-    const Eigen::Matrix<float, kUnknowns, 1> xf = x.cast<float>();
-    const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> g = Matrix(x).inverse().cast<float>();
-    const float half = static_cast<float>(half_);
-    // What blur has come to since the table's, to the first order.
-    const float change = static_cast<float>(x[kBlur] - std::log(options_.blur_px));
-    float* row = rows_.data();
-    ForEach(x, [&](const Pixel& p, float tx, float ty, float s, const TagTable::Seen& as_made) {
-      TagTable::Seen seen = as_made;
-      seen.white += change * seen.by_blur;
-      const float px = static_cast<float>(p.x), py = static_cast<float>(p.y);
-      RowOf(xf.data(), g.data(), half, px, py, tx, ty, s, seen, row);
-      row[kUnknowns] =
-          xf[kBlack] + xf[kWhite] * seen.white + xf[kSurround] * seen.surround - static_cast<float>(p.gray);
-      row += kUnknowns + 1;
-    });
-    // Sums of products of all columns at once.
-    sums_.noalias() = rows_ * rows_.transpose();
-    normals = sums_.topLeftCorner<kUnknowns, kUnknowns>().cast<double>();
-    gradient = sums_.col(kUnknowns).head<kUnknowns>().cast<double>();
-    const double cost = sums_(kUnknowns, kUnknowns);
+    const double cost = Sum(x, normals, gradient);
     return cost + Prior(x, normals, gradient);
   }
 
  private:
-  template <class Work>
-  void ForEach(const Unknowns& x, const Work& work) const {
-    const Eigen::Matrix3f g = Matrix(x).inverse().cast<float>();
-    const float half = static_cast<float>(half_), middle = 0.5f * static_cast<float>(look_.modules);
-    for (const Pixel& p : pixels_) {
-      const float px = static_cast<float>(p.x), py = static_cast<float>(p.y);
-      const float s = g(2, 0) * px + g(2, 1) * py + g(2, 2), d = 1 / s;
-      const float tx = d * (g(0, 0) * px + g(0, 1) * py + g(0, 2));
-      const float ty = d * (g(1, 0) * px + g(1, 1) * py + g(1, 2));
-      work(p, tx, ty, s, follow_.table.See(tx * half + middle, ty * half + middle));
+  double Sum(const Unknowns& x, Normals& normals, Unknowns& gradient) const {
+    const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> g = Matrix(x).inverse().cast<float>();
+    Evaluate e{.table = follow_.table.View(),
+               .pixels = pixels_.count,
+               .x = pixels_.x.data(),
+               .y = pixels_.y.data(),
+               .gray = pixels_.gray.data(),
+               .g = {},
+               .black = static_cast<float>(x[kBlack]),
+               .white = static_cast<float>(x[kWhite]),
+               .surround = static_cast<float>(x[kSurround]),
+               .blur_change = static_cast<float>(x[kBlur] - std::log(options_.blur_px)),
+               .half = static_cast<float>(half_),
+               .middle = 0.5f * static_cast<float>(look_.modules),
+               .sums = {}};
+    std::copy_n(g.data(), 9, e.g);
+    KernelsOfThisMachine().evaluate(e);
+    for (int r = 0; r < kUnknowns; ++r) {
+      for (int c = 0; c <= r; ++c) normals(r, c) = normals(c, r) = e.sums[r][c];
+      gradient[r] = e.sums[kUnknowns][r];
     }
+    return e.sums[kUnknowns][kUnknowns];
   }
 
   TagFollow& follow_;
-  Eigen::Matrix<float, kUnknowns + 1, Eigen::Dynamic> rows_;
-  Eigen::Matrix<float, kUnknowns + 1, kUnknowns + 1> sums_;
 };
 
 }  // namespace
 
-std::unique_ptr<Problem> MakePlainProblem(const TagLook& look, const std::vector<Pixel>& pixels,
+std::unique_ptr<Problem> MakePlainProblem(const TagLook& look, const Pixels& pixels,
                                           const TagFitOptions& options) {
   return std::make_unique<PlainProblem>(look, pixels, options);
 }
 
-std::unique_ptr<Problem> MakeTableProblem(const TagLook& look, const std::vector<Pixel>& pixels,
+std::unique_ptr<Problem> MakeTableProblem(const TagLook& look, const Pixels& pixels,
                                           const TagFitOptions& options, TagFollow& follow,
                                           const Unknowns& start) {
   auto problem = std::make_unique<TableProblem>(look, pixels, options, follow);

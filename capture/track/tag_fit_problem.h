@@ -1,6 +1,6 @@
 #pragma once
 // The least squares behind tag_photometric.h: what a tag's pixels should be as a function of twelve unknowns,
-// and the normal equations of what they are not. Used by tag_photometric.cpp alone.
+// and the normal equations of what they are not.
 
 #include <Eigen/Core>
 #include <memory>
@@ -25,15 +25,17 @@ std::optional<Eigen::Matrix<double, 8, 1>> HomographyTo(const Corners& corners);
 Eigen::Matrix3d Matrix(const Unknowns& x);
 Corners CornersOf(const Unknowns& x);
 
-struct Pixel {
-  double x, y;  // from the tag's middle
-  double gray;
+// Pixels of a tag, in arrays that are as long as the next whole sixteen.
+struct Pixels {
+  int count = 0;
+  std::vector<float> x, y;  // from the tag's middle
+  std::vector<float> gray;
 };
 
 // Sums of squared residuals and their normal equations.
 class Problem {
  public:
-  Problem(const TagLook& look, const std::vector<Pixel>& pixels, const TagFitOptions& options)
+  Problem(const TagLook& look, const Pixels& pixels, const TagFitOptions& options)
       : look_(look), pixels_(pixels), options_(options), half_(0.5 * look.border_width) {}
   virtual ~Problem() = default;
 
@@ -43,7 +45,7 @@ class Problem {
   bool far() const { return far_; }
 
   // Brightnesses that fit best where everything else is given.
-  virtual void StartContrast(Unknowns& x) const = 0;
+  virtual void StartContrast(Unknowns& x) = 0;
   // Infinite where the tag is degenerate.
   virtual double Cost(const Unknowns& x, Normals& normals, Unknowns& gradient) = 0;
 
@@ -60,7 +62,7 @@ class Problem {
   }
 
   const TagLook& look_;
-  const std::vector<Pixel>& pixels_;
+  const Pixels& pixels_;
   const TagFitOptions& options_;
   double half_;
 
@@ -69,11 +71,11 @@ class Problem {
 };
 
 // By TagSeer in double precision.
-std::unique_ptr<Problem> MakePlainProblem(const TagLook& look, const std::vector<Pixel>& pixels,
+std::unique_ptr<Problem> MakePlainProblem(const TagLook& look, const Pixels& pixels,
                                           const TagFitOptions& options);
-// By the table of `follow` in single precision, which is made anew where it does not serve `start`; null: the
-// tag is degenerate.
-std::unique_ptr<Problem> MakeTableProblem(const TagLook& look, const std::vector<Pixel>& pixels,
+// By the table of `follow` in single precision, which is made anew where it does not serve `start`; null: no
+// table serves.
+std::unique_ptr<Problem> MakeTableProblem(const TagLook& look, const Pixels& pixels,
                                           const TagFitOptions& options, TagFollow& follow,
                                           const Unknowns& start);
 

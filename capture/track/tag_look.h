@@ -60,37 +60,4 @@ class TagSeer {
   TagProfiles profiles_;
 };
 
-// The same in a table of kPerModule places to a module, to the first order between them: for tags that are
-// fitted again and again under nearly the same blur.
-class TagTable {
- public:
-  static constexpr int kPerModule = 8;
-  struct Seen {
-    float white, by_u, by_v, by_blur, surround, surround_by_u, surround_by_v, unused;
-  };
-
-  void Make(const TagLook& look, const Eigen::Matrix2d& covariance);
-  // Whether it is near enough to a table of this covariance.
-  bool Serves(const Eigen::Matrix2d& covariance) const;
-  // u, v within half a module of the pattern.
-  Seen See(float u, float v) const {
-    const float across = (v + 0.5f) * kPerModule, along = (u + 0.5f) * kPerModule;
-    int row = static_cast<int>(across + 0.5f), column = static_cast<int>(along + 0.5f);
-    row = row < 0 ? 0 : row >= side_ ? side_ - 1 : row;
-    column = column < 0 ? 0 : column >= side_ ? side_ - 1 : column;
-    Seen seen = seen_[static_cast<std::size_t>(row * side_ + column)];
-    const float du = (along - static_cast<float>(column)) * (1.0f / kPerModule);
-    const float dv = (across - static_cast<float>(row)) * (1.0f / kPerModule);
-    seen.white += du * seen.by_u + dv * seen.by_v;
-    seen.surround += du * seen.surround_by_u + dv * seen.surround_by_v;
-    return seen;
-  }
-  const Eigen::Matrix2d& covariance() const { return covariance_; }
-
- private:
-  Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();
-  int side_ = 0;
-  std::vector<Seen> seen_;  // [v][u]
-};
-
 }  // namespace tendril

@@ -24,41 +24,65 @@ Eigen::Matrix<double, 2, 8> ByHomography(double x, double y, double u, double v,
 // Pixels whose light comes from the printed pattern, but for a sixth at most.
 constexpr double kInside = 1;  // off its rim, standard deviations of the blur
 struct Chosen {
-  std::vector<Pixel> pixels;
+  Pixels pixels;
   double share = 0;  // of them that lie in the picture
 };
 Chosen ChoosePixels(const GrayImage& image, const TagLook& look, const Unknowns& x,
                     const Eigen::Vector2d& middle, double blur) {
   const Eigen::Matrix3d h = Matrix(x), g = h.inverse();
   const double half = 0.5 * look.border_width, rim = 0.5 * look.modules / half;
-  Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
+  double low = 1e9, high = -1e9;
   for (int i = 0; i < 4; ++i) {
     const Eigen::Vector3d p = h * Eigen::Vector3d(rim * kCornerX[i], rim * kCornerY[i], 1);
-    low = low.cwiseMin(p.head<2>() / p.z());
-    high = high.cwiseMax(p.head<2>() / p.z());
+    low = std::min(low, p.y() / p.z());
+    high = std::max(high, p.y() / p.z());
   }
   // What is kept off the rim, in tag coordinates: as in the middle.
   const double s = 1 / (g(2, 0) * x[2] + g(2, 1) * x[5] + g(2, 2));
   const double rim_x = rim - kInside * blur * s * std::hypot(g(0, 0), g(0, 1));
   const double rim_y = rim - kInside * blur * s * std::hypot(g(1, 0), g(1, 1));
+  // Each side of the tag: the pixels p with side . (p, 1) >= 0 lie inside.
+  const Eigen::RowVector3d sides[4] = {rim_x * g.row(2) + g.row(0), rim_x * g.row(2) - g.row(0),
+                                       rim_y * g.row(2) + g.row(1), rim_y * g.row(2) - g.row(1)};
   Chosen chosen;
-  double all = 0;
-  const Eigen::Vector2i from = (low + middle).array().floor().cast<int>();
-  const Eigen::Vector2i to = (high + middle).array().ceil().cast<int>();
-  for (int v = from.y(); v <= to.y(); ++v) {
-    for (int u = from.x(); u <= to.x(); ++u) {
-      const double px = u - middle.x(), py = v - middle.y();
-      const double d = 1 / (g(2, 0) * px + g(2, 1) * py + g(2, 2));
-      const double tx = d * (g(0, 0) * px + g(0, 1) * py + g(0, 2));
-      const double ty = d * (g(1, 0) * px + g(1, 1) * py + g(1, 2));
-      if (std::abs(tx) > rim_x || std::abs(ty) > rim_y) continue;
-      all += 1;
-      if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
-      chosen.pixels.push_back(
-          {px, py, static_cast<double>(image.pixels[static_cast<std::ptrdiff_t>(v) * image.stride + u])});
+  Pixels& pixels = chosen.pixels;
+  const double most = static_cast<double>(image.width) * image.height;
+  const auto room = static_cast<std::size_t>(std::min(most, (high - low + 3) * (high - low + 3))) + 16;
+  pixels.x.reserve(room);
+  pixels.y.reserve(room);
+  pixels.gray.reserve(room);
+  long all = 0;
+  const int top = static_cast<int>(std::floor(low + middle.y()));
+  const int bottom = static_cast<int>(std::ceil(high + middle.y()));
+  for (int v = top; v <= bottom; ++v) {
+    const double py = v - middle.y();
+    double left = -1e9, right = 1e9;
+    for (const Eigen::RowVector3d& side : sides) {
+      const double rest = side[1] * py + side[2];
+      if (side[0] > 0) left = std::max(left, -rest / side[0]);
+      if (side[0] < 0) right = std::min(right, -rest / side[0]);
+      if (side[0] == 0 && rest < 0) right = left - 1;
+    }
+    if (!(left <= right) || left < -1e8 || right > 1e8) continue;
+    int from = static_cast<int>(std::ceil(left + middle.x()));
+    int to = static_cast<int>(std::floor(right + middle.x()));
+    all += std::max(0, to - from + 1);
+    if (v < 0 || v >= image.height) continue;
+    from = std::max(from, 0);
+    to = std::min(to, image.width - 1);
+    const unsigned char* const row = image.pixels + static_cast<std::ptrdiff_t>(v) * image.stride;
+    for (int u = from; u <= to; ++u) {
+      pixels.x.push_back(static_cast<float>(u - middle.x()));
+      pixels.y.push_back(static_cast<float>(py));
+      pixels.gray.push_back(row[u]);
     }
   }
-  chosen.share = all > 0 ? static_cast<double>(chosen.pixels.size()) / all : 0;
+  pixels.count = static_cast<int>(pixels.x.size());
+  const std::size_t whole = (pixels.x.size() + 15) / 16 * 16;
+  pixels.x.resize(whole, 0);
+  pixels.y.resize(whole, 0);
+  pixels.gray.resize(whole, 0);
+  chosen.share = all > 0 ? static_cast<double>(pixels.count) / static_cast<double>(all) : 0;
   return chosen;
 }
 
@@ -68,7 +92,7 @@ struct Started {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   Corners start = Corners::Zero();  // about the middle
   Unknowns x = Unknowns::Zero();
-  std::vector<Pixel> pixels;
+  Pixels pixels;
 };
 Started Start(const GrayImage& image, const TagLook& look, const Corners& corners_px,
               const TagFitOptions& options) {
@@ -85,7 +109,7 @@ Started Start(const GrayImage& image, const TagLook& look, const Corners& corner
   if (!h || s.start.cwiseAbs().maxCoeff() > 2000) return faulty(TagFitFault::kTooSmall);
   s.x << *h, 0, 0, 0, std::log(options.blur_px);
   Chosen chosen = ChoosePixels(image, look, s.x, s.middle, options.blur_px);
-  s.fit.pixels = static_cast<int>(chosen.pixels.size());
+  s.fit.pixels = chosen.pixels.count;
   if (chosen.share < 0.7) return faulty(TagFitFault::kOutside);
   if (s.fit.pixels < 4 * kUnknowns) return faulty(TagFitFault::kTooSmall);
   s.pixels = std::move(chosen.pixels);
@@ -108,14 +132,19 @@ TagFit Settle(Started& started, Problem& problem, const TagFitOptions& options) 
     ++fit.iterations;
     Normals damped = normals;
     damped.diagonal() *= 1 + damping;
-    const Unknowns step = damped.ldlt().solve(-gradient);
+    const Unknowns step = damped.llt().solve(-gradient);
     if (!step.allFinite()) break;
     const Unknowns next = x + step;
     const Corners way = CornersOf(next) - CornersOf(x);
     if (!(way.cwiseAbs().maxCoeff() < 50)) break;
-    // What is left to gain is less than a tenth of a corner's own uncertainty.
+    // What is left to gain is less than a tenth of a corner's own uncertainty: not worth a look back.
     const double gain = -gradient.dot(step), noise = cost / std::max(1, fit.pixels - kUnknowns);
     settled = gain < options.settled_gain * noise && !problem.far();
+    if (settled) {
+      x = next;
+      cost -= gain;
+      break;
+    }
     Normals next_normals;
     Unknowns next_gradient;
     const double next_cost = problem.Cost(next, next_normals, next_gradient);
@@ -196,8 +225,8 @@ TagFit FitTag(const GrayImage& image, const TagLook& look, const Corners& corner
   if (started.fit.fault != TagFitFault::kNone) return started.fit;
   const auto problem = MakeTableProblem(look, started.pixels, options, follow, started.x);
   if (problem == nullptr) {
-    started.fit.fault = TagFitFault::kTooSmall;
-    return started.fit;
+    const auto plain = MakePlainProblem(look, started.pixels, options);
+    return Settle(started, *plain, options);
   }
   TagFit fit = Settle(started, *problem, options);
   const bool believed = fit.fault == TagFitFault::kNone;

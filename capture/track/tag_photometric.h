@@ -7,6 +7,7 @@
 
 #include "capture/track/tag_detect.h"
 #include "capture/track/tag_look.h"
+#include "capture/track/tag_table.h"
 
 namespace tendril {
 

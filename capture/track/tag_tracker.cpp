@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "capture/track/tag_search.h"
+
 namespace tendril {
 namespace {
 
 using Corners = Eigen::Matrix<double, 2, 4>;
+constexpr int kSearchReach = 6;  // px
 
 double Farthest(const Corners& a, const Corners& b) { return (a - b).colwise().norm().maxCoeff(); }
 
@@ -37,7 +40,7 @@ Result<TagTracker> TagTracker::Create(const TagTrackOptions& options) {
                                                                       : 1;
   }
   if (options.level == TagTrackLevel::kPreview) {
-    chosen.fit.most_iterations = 6;
+    chosen.fit.most_iterations = 10;
     chosen.fit.settled_gain = 10;
   }
   Result<TagDetector> detector = TagDetector::Create(chosen.detect);
@@ -53,18 +56,21 @@ const TagLook* TagTracker::Look(int id) {
   return &looks_.emplace(id, std::move(look).value()).first->second;
 }
 
-bool TagTracker::Follow(const GrayImage& image, int id, Track& track, TrackedTag& tag) {
+bool TagTracker::Follow(const GrayImage& image, int id, Track& track, bool decoded, TrackedTag& tag) {
   const TagLook* const look = Look(id);
   if (look == nullptr) return false;
   TagFitOptions fit = options_.fit;
   fit.blur_px = track.blur_px;
   const Corners there =
       track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
-  TagFit found = FitTag(image, *look, there, fit, track.follow);
-  // What was about to stop or turn.
-  if (found.fault != TagFitFault::kNone && track.moving && track.unseen == 0) {
-    const TagFit again = FitTag(image, *look, track.corners_px, fit, track.follow);
-    if (again.fault == TagFitFault::kNone) found = again;
+  // Of a tag seen once no way is known; of another the way may have changed.
+  TagFit found;
+  if (track.moving || decoded) found = FitTag(image, *look, there, fit, track.follow);
+  if ((!track.moving && !decoded) || found.fault != TagFitFault::kNone) {
+    if (const auto shift = SearchTag(image, *look, there, kSearchReach)) {
+      const TagFit again = FitTag(image, *look, there.colwise() + *shift, fit, track.follow);
+      if (again.fault == TagFitFault::kNone || !track.moving) found = again;
+    }
   }
   if (found.fault != TagFitFault::kNone) {
     ++counts_.faults[static_cast<std::size_t>(found.fault)];
@@ -105,7 +111,7 @@ Status TagTracker::Decode(const GrayImage& image, std::vector<TrackedTag>& tags)
     track.corners_px = detection.corners_px;
     track.blur_px = options_.fit.blur_px;
     TrackedTag found;
-    if (!Follow(image, detection.id, track, found)) continue;
+    if (!Follow(image, detection.id, track, true, found)) continue;
     track.moving = false;  // one frame tells no way
     ++counts_.found;
     found.decoded = true;
@@ -121,7 +127,7 @@ Result<std::vector<TrackedTag>> TagTracker::Next(const GrayImage& image) {
   std::vector<TrackedTag> tags;
   for (auto it = tracks_.begin(); it != tracks_.end();) {
     TrackedTag tag;
-    if (Follow(image, it->first, it->second, tag)) {
+    if (Follow(image, it->first, it->second, false, tag)) {
       ++counts_.fitted;
       tags.push_back(tag);
     } else if (++it->second.unseen > options_.keep_unseen) {

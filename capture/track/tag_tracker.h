@@ -65,7 +65,8 @@ class TagTracker {
   };
   TagTracker(TagTrackOptions options, TagDetector detector);
   const TagLook* Look(int id);
-  bool Follow(const GrayImage& image, int id, Track& track, TrackedTag& tag);
+  // decoded: it was, in this very frame.
+  bool Follow(const GrayImage& image, int id, Track& track, bool decoded, TrackedTag& tag);
   Status Decode(const GrayImage& image, std::vector<TrackedTag>& tags);
 
   TagTrackOptions options_;

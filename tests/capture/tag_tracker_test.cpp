@@ -70,6 +70,28 @@ TEST(TagTracker, WhatIsHiddenIsCountedAndFoundAgainByDecoding) {
   EXPECT_EQ(tracker.counts().found, 3);
 }
 
+TEST(TagTracker, ATagThatSuddenlyLeavesIsFollowedWithoutDecoding) {
+  std::mt19937 random(4);
+  for (const auto level : {TagTrackLevel::kPreview, TagTrackLevel::kStandard}) {
+    TagTrackOptions options;
+    options.level = level;
+    TagTracker tracker = TagTracker::Create(options).value();
+    for (int frame = 0; frame < 16; ++frame) {
+      // Stands for eight frames, then goes by 5.4 px a frame.
+      const Corners there = TiltedCorners(
+          {50 + 5.0 * std::max(0, frame - 8), 50 + 2.0 * std::max(0, frame - 8)}, 20, 0.4, 1, 0.3);
+      Picture picture(kWidth, kHeight, 80);
+      DrawTag(picture, PatternOf("tag36h11", 3).value(), 8, there);
+      Blur(picture, 0.8);
+      AddNoise(picture, 3, random);
+      const auto tags = Look(tracker, picture.Bytes());
+      ASSERT_EQ(tags.size(), 1u) << NameOf(level) << ", frame " << frame;
+      EXPECT_LT((tags[0].corners_px - there).cwiseAbs().maxCoeff(), 0.15);
+    }
+    EXPECT_EQ(tracker.counts().decodes, 1);
+  }
+}
+
 TEST(TagTracker, AnotherTagInItsPlaceIsNotTakenForIt) {
   std::mt19937 random(3);
   TagTracker tracker = TagTracker::Create({}).value();
