@@ -9,7 +9,9 @@ namespace tendril {
 namespace {
 
 using Corners = Eigen::Matrix<double, 2, 4>;
-constexpr int kSearchReach = 6;  // px
+constexpr int kSearchReach = 6;   // px
+constexpr double kJumped = 0.1;   // share of the tags
+constexpr double kSamePlace = 3;  // px, between where a tag is decoded and where it was expected
 
 double Farthest(const Corners& a, const Corners& b) { return (a - b).colwise().norm().maxCoeff(); }
 
@@ -61,10 +63,9 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, bool decod
   if (look == nullptr) return false;
   TagFitOptions fit = options_.fit;
   fit.blur_px = track.blur_px;
-  const Corners there =
-      track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
   // Of a tag seen once no way is known; of another the way may have changed.
   TagFit found;
+  const Corners there = Predicted(track);
   if (track.moving || decoded) found = FitTag(image, *look, there, fit, track.follow);
   if ((!track.moving && !decoded) || found.fault != TagFitFault::kNone) {
     if (const auto shift = SearchTag(image, *look, there, kSearchReach)) {
@@ -90,34 +91,52 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, bool decod
   return true;
 }
 
+Corners TagTracker::Predicted(const Track& track) {
+  return track.moving ? Corners(track.corners_px + (1 + track.unseen) * track.way_px) : track.corners_px;
+}
+
 Status TagTracker::Decode(const GrayImage& image, std::vector<TrackedTag>& tags) {
   const Result<std::vector<TagDetection>> detections = detector_.Detect(image);
   if (!detections.ok()) return detections.error();
   ++counts_.decodes;
   since_decode_ = 0;
   searches_ = std::max(0, searches_ - 1);
+  int near = 0, far = 0;  // from where they were expected
   for (const TagDetection& detection : detections.value()) {
     const auto tag =
         std::find_if(tags.begin(), tags.end(), [&](const TrackedTag& t) { return t.id == detection.id; });
-    if (tag != tags.end() && Farthest(tag->corners_px, detection.corners_px) < 3) {
+    if (tag != tags.end() && Farthest(tag->corners_px, detection.corners_px) < kSamePlace) {
       tag->decoded = true;
+      tag->hamming = detection.hamming;
+      tag->margin = detection.margin;
+      ++near;
       continue;
-    }
-    if (tag != tags.end()) {
-      ++counts_.changed;
-      tags.erase(tag);
     }
     Track track;
     track.corners_px = detection.corners_px;
     track.blur_px = options_.fit.blur_px;
+    const auto known = tracks_.find(detection.id);
+    if (tag != tags.end()) {
+      ++counts_.changed;
+      tags.erase(tag);
+    } else if (known != tracks_.end()) {
+      ++(Farthest(Predicted(known->second), detection.corners_px) < kSamePlace ? near : far);
+      track.blur_px = known->second.blur_px;
+    }
     TrackedTag found;
     if (!Follow(image, detection.id, track, true, found)) continue;
-    track.moving = false;  // one frame tells no way
+    track.moving = known != tracks_.end();  // one frame tells no way
+    if (track.moving) {
+      track.way_px = (track.corners_px - known->second.corners_px) / (1 + known->second.unseen);
+    }
     ++counts_.found;
     found.decoded = true;
+    found.hamming = detection.hamming;
+    found.margin = detection.margin;
     tracks_.insert_or_assign(detection.id, std::move(track));
     tags.push_back(found);
   }
+  unforeseen_ = far > kJumped * (near + far);
   return Ok{};
 }
 
@@ -125,24 +144,41 @@ Result<std::vector<TrackedTag>> TagTracker::Next(const GrayImage& image) {
   ++counts_.frames;
   ++since_decode_;
   std::vector<TrackedTag> tags;
-  for (auto it = tracks_.begin(); it != tracks_.end();) {
+  std::vector<int> untried;
+  // Many that are lost at once were not hidden: frames are missing, or all moves too fast to be predicted.
+  // Then decoding is cheaper than fits that go nowhere.
+  const double most = kJumped * static_cast<double>(tracks_.size());
+  int lost = 0;
+  for (auto& [id, track] : tracks_) {
     TrackedTag tag;
-    if (Follow(image, it->first, it->second, false, tag)) {
+    if (unforeseen_ || lost > most) {
+      untried.push_back(id);
+    } else if (Follow(image, id, track, false, tag)) {
       ++counts_.fitted;
       tags.push_back(tag);
-    } else if (++it->second.unseen > options_.keep_unseen) {
-      searches_ = 4;
-      it = tracks_.erase(it);
-      continue;
+    } else {
+      lost += track.unseen++ == 0 ? 1 : 0;
     }
-    ++it;
   }
-  const bool first = counts_.decodes == 0;
+  const bool jumped = unforeseen_ || lost > most || counts_.decodes == 0;
   // What is lost is looked for sooner, but not in every frame: it may be gone.
   const int wait = searches_ > 0 ? std::max(1, options_.decode_every / 4) : options_.decode_every;
-  if (first || since_decode_ >= wait) {
+  if (jumped || since_decode_ >= wait) {
     if (const Status decoded = Decode(image, tags); !decoded.ok()) return decoded.error();
   }
+  for (const int id : untried) {
+    if (std::any_of(tags.begin(), tags.end(), [&](const TrackedTag& t) { return t.id == id; })) continue;
+    TrackedTag tag;
+    if (!unforeseen_ && Follow(image, id, tracks_.at(id), false, tag)) {
+      ++counts_.fitted;
+      tags.push_back(tag);
+    } else {
+      ++tracks_.at(id).unseen;
+    }
+  }
+  const auto gone =
+      std::erase_if(tracks_, [&](const auto& track) { return track.second.unseen > options_.keep_unseen; });
+  if (gone > 0) searches_ = 4;
   std::sort(tags.begin(), tags.end(), [](const TrackedTag& a, const TrackedTag& b) { return a.id < b.id; });
   return tags;
 }

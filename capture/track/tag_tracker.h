@@ -33,7 +33,9 @@ struct TrackedTag {
   Eigen::Matrix<double, 8, 8> covariance;  // as TagFit
   double blur_px = 0;
   double residual = 0;
-  bool decoded = false;  // in this frame, too
+  bool decoded = false;  // in this frame, too; then:
+  int hamming = 0;       // code bits that were wrong
+  double margin = 0;     // decision margin, gray levels
 };
 
 struct TagTrackCounts {
@@ -65,6 +67,7 @@ class TagTracker {
   };
   TagTracker(TagTrackOptions options, TagDetector detector);
   const TagLook* Look(int id);
+  static Eigen::Matrix<double, 2, 4> Predicted(const Track& track);
   // decoded: it was, in this very frame.
   bool Follow(const GrayImage& image, int id, Track& track, bool decoded, TrackedTag& tag);
   Status Decode(const GrayImage& image, std::vector<TrackedTag>& tags);
@@ -74,7 +77,8 @@ class TagTracker {
   std::map<int, TagLook> looks_;
   std::map<int, Track> tracks_;
   int since_decode_ = 0;
-  int searches_ = 0;  // decodes that are to be made soon, for what was lost
+  bool unforeseen_ = false;  // tags were decoded far from where they were expected
+  int searches_ = 0;         // decodes that are to be made soon, for what was lost
   TagTrackCounts counts_;
 };
 
