@@ -142,6 +142,8 @@ class PlainProblem : public Problem {
   }
 };
 
+constexpr double kBlurChange = 0.12;
+
 // By a TagTable in single precision, many pixels at once.
 class TableProblem : public Problem {
  public:
@@ -152,7 +154,12 @@ class TableProblem : public Problem {
   bool Prepare(const Unknowns& x) {
     const Eigen::Matrix2d blur = BlurOf(x, Matrix(x).inverse(), half_, options_.blur_px);
     if (!IsFine(blur) || !TagTable::CanServe(blur)) return false;
-    if (!follow_.table.Serves(blur)) follow_.table.Make(look_, blur);
+    // A little more or less blur is the fit's to tell, and the table knows its slope.
+    const double ratio = follow_.blur_px / options_.blur_px;
+    if (!(std::abs(ratio - 1) < kBlurChange) || !follow_.table.Serves(ratio * ratio * blur)) {
+      follow_.table.Make(look_, blur);
+      follow_.blur_px = options_.blur_px;
+    }
     if (follow_.white - follow_.black > 0) ComeNear();
     return true;
   }
@@ -190,7 +197,7 @@ class TableProblem : public Problem {
                .black = static_cast<float>(x[kBlack]),
                .white = static_cast<float>(x[kWhite]),
                .surround = static_cast<float>(x[kSurround]),
-               .blur_change = static_cast<float>(x[kBlur] - std::log(options_.blur_px)),
+               .blur_change = static_cast<float>(x[kBlur] - std::log(follow_.blur_px)),
                .half = static_cast<float>(half_),
                .middle = 0.5f * static_cast<float>(look_.modules),
                .sums = {}};

@@ -54,6 +54,7 @@ TagFit FitTag(const GrayImage& image, const TagLook& look, const Eigen::Matrix<d
 // brightness.
 struct TagFollow {
   TagTable table;
+  double blur_px = 0;                         // the table's
   double black = 0, white = 0, surround = 0;  // gray levels; all 0: not known
 };
 // The same, faster: with what is known from the frame before, and a table that is made anew where it no
