@@ -133,7 +133,7 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
   CreaseFit fit;
   fit.cost = residual.squaredNorm();
   fit.gradient = jacobian.transpose() * residual;
-  fit.hessian = jacobian.transpose() * jacobian;
+  fit.hessian = jacobian.transpose().lazyProduct(jacobian);
   return fit;
 }
 
@@ -167,7 +167,7 @@ std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<doubl
   ViewFit fit;
   fit.cost = residual.squaredNorm();
   fit.gradient = jacobian.transpose() * residual;
-  fit.hessian = jacobian.transpose() * jacobian;
+  fit.hessian = jacobian.transpose().lazyProduct(jacobian);
   if (!std::isfinite(fit.cost) || !fit.hessian.allFinite()) return std::nullopt;
   return fit;
 }
@@ -190,7 +190,7 @@ ViewFit WithSlop(const ViewFit& views, double sigma_rotation, double sigma_place
   fit.cost = views.cost - views.gradient.dot(pulled);
   fit.gradient = views.gradient - views.hessian * pulled;
   const Eigen::Matrix<double, 6, 6> shared = loosened.solve(views.hessian);
-  fit.hessian = views.hessian - views.hessian * shared;
+  fit.hessian = views.hessian - Eigen::Matrix<double, 6, 6>(views.hessian.lazyProduct(shared));
   return fit;
 }
 
@@ -205,7 +205,8 @@ void AddToFacet(const ViewFit& tag, const Eigen::Matrix3d& lab_from_sheet_rotati
   Eigen::Matrix<double, 6, 6> tag_from_facet = Eigen::Matrix<double, 6, 6>::Identity();
   tag_from_facet.bottomLeftCorner<3, 3>() = -lab_from_sheet_rotation * CrossMatrix(hole_to_tag_in_sheet);
   gradient.head<6>() += tag_from_facet.transpose() * tag.gradient;
-  hessian.topLeftCorner<6, 6>() += tag_from_facet.transpose() * tag.hessian * tag_from_facet;
+  const Eigen::Matrix<double, 6, 6> moved = tag.hessian.lazyProduct(tag_from_facet);
+  hessian.topLeftCorner<6, 6>() += tag_from_facet.transpose().lazyProduct(moved);
 }
 
 }  // namespace tendril

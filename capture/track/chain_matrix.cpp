@@ -12,7 +12,7 @@ ChainCholesky::ChainCholesky(const ChainMatrix& matrix, double damping) {
   for (std::size_t i = 0; i < facets; ++i) {
     FacetMatrix pivot = matrix.diagonal[i];
     pivot.diagonal() *= 1 + damping;
-    if (i > 0) pivot -= coupling_[i - 1] * coupling_[i - 1].transpose();
+    if (i > 0) pivot -= coupling_[i - 1].lazyProduct(coupling_[i - 1].transpose());
     factor_.emplace_back(pivot);
     if (factor_.back().info() != Eigen::Success) return;
     if (i + 1 < facets) {
@@ -46,7 +46,8 @@ std::vector<Eigen::Matrix<double, 6, 6>> ChainCholesky::PoseCovariances() const 
     FacetMatrix here = factor_[i].solve(FacetMatrix::Identity());
     if (i + 1 < factor_.size()) {
       const FacetMatrix transposed = factor_[i].matrixU().solve(coupling_[i].transpose());
-      here += transposed * covariance * transposed.transpose();
+      const FacetMatrix spread = transposed.lazyProduct(covariance);
+      here += spread.lazyProduct(transposed.transpose());
     }
     covariance = 0.5 * (here + here.transpose());
     poses[i] = covariance.topLeftCorner<6, 6>();

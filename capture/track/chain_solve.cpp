@@ -1,9 +1,11 @@
 #include "capture/track/chain_solve.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "capture/track/chain_curve.h"
@@ -38,6 +40,34 @@ bool IsDoubtful(const ChainProblem& problem, const Descent& run) {
   const double total = static_cast<double>(run.weight.size());
   if (problem.views.empty()) return false;
   return !run.converged || used < 0.85 * total || run.at.cost > 0.8 * kCornerNumbers * used;
+}
+
+// Whether two cameras see at least half of the facets that are seen.
+bool SeenByTwo(std::span<const TagView> views, int facets) {
+  std::vector<int> camera(static_cast<std::size_t>(facets), -1);
+  std::vector<char> twice(camera.size(), 0);
+  for (const TagView& view : views) {
+    const auto facet = static_cast<std::size_t>(view.place->facet);
+    if (camera[facet] >= 0 && camera[facet] != view.camera) twice[facet] = 1;
+    camera[facet] = view.camera;
+  }
+  const auto seen = std::count_if(camera.begin(), camera.end(), [](int c) { return c >= 0; });
+  return 2 * std::count(twice.begin(), twice.end(), 1) >= seen && seen > 0;
+}
+
+// Whether half of the tags' centres lie within kNear of where the frame before has them.
+bool IsNear(const ChainProblem& problem, const std::vector<FacetState>& facets) {
+  constexpr double kNear = 20;  // px
+  std::size_t near = 0;
+  for (const TagView& view : problem.views) {
+    const FacetState& facet = facets[static_cast<std::size_t>(view.place->facet)];
+    const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[view.place->facet]);
+    const Eigen::Vector3d center = view.place->corners_in_sheet.rowwise().mean();
+    const auto pixel = Project(problem.cameras[static_cast<std::size_t>(view.camera)],
+                               facet.hole + facet.rotation * (center - hole));
+    if (pixel && (*pixel - view.corners_px.rowwise().mean()).norm() < kNear) ++near;
+  }
+  return 2 * near >= problem.views.size();
 }
 
 double RmsReprojection(const ChainProblem& problem, const Descent& run) {
@@ -97,48 +127,56 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   }
   const ChainProblem problem = MakeChainProblem(model, cameras, views, options);
 
-  const std::vector<std::vector<FacetCandidate>> candidates =
-      CandidatesOfFacets(model, cameras, views, options);
-  // Other starts cost time, so they are tried only while what has been found looks doubtful.
-  Descent best = DescentFrom(problem, StartOfChain(model, candidates, options, 0.20));
-  int iterations = best.iterations;
+  // Where two cameras see most of what is seen, no tag has two poses, and what the frame before found is the
+  // best start. Otherwise all candidates are looked at; other starts cost time, so they are tried only while
+  // what has been found looks doubtful.
+  const bool has_previous = previous != nullptr && static_cast<int>(previous->facets.size()) == holes;
+  std::optional<Descent> best;
+  int iterations = 0;
   const auto consider = [&](std::vector<FacetState> start) {
     Descent other = DescentFrom(problem, std::move(start));
     iterations += other.iterations;
-    if (CostWithRejects(problem, other) < CostWithRejects(problem, best)) best = std::move(other);
+    if (!best || CostWithRejects(problem, other) < CostWithRejects(problem, *best)) best = std::move(other);
   };
-  if (IsDoubtful(problem, best)) consider(StartOfChain(model, candidates, options, 0.06));
-  const bool has_previous = previous != nullptr && static_cast<int>(previous->facets.size()) == holes;
-  if (has_previous && IsDoubtful(problem, best)) consider(previous->facets);
-  if (IsDoubtful(problem, best)) consider(problem.nominal);
-  best.iterations = iterations;
+  const auto doubtful = [&] { return !best || IsDoubtful(problem, *best); };
+  const bool follows = has_previous && SeenByTwo(views, holes) && IsNear(problem, previous->facets);
+  if (follows) consider(previous->facets);
+  if (doubtful()) {
+    const std::vector<std::vector<FacetCandidate>> candidates =
+        CandidatesOfFacets(model, cameras, views, options);
+    consider(StartOfChain(model, candidates, options, 0.20));
+    if (doubtful()) consider(StartOfChain(model, candidates, options, 0.06));
+    if (has_previous && !follows && doubtful()) consider(previous->facets);
+    if (doubtful()) consider(problem.nominal);
+  }
+  best->iterations = iterations;
 
   ChainSolution solution;
-  solution.facets = best.facets;
-  solution.iterations = best.iterations;
-  solution.converged = best.converged;
+  solution.facets = best->facets;
+  solution.iterations = best->iterations;
+  solution.converged = best->converged;
   std::vector<char> facet_seen(holes, 0);
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const bool used = best.weight[v] > 0;
+    const bool used = best->weight[v] > 0;
     solution.used.push_back(used ? 1 : 0);
     if (used) facet_seen[views[v].place->facet] = 1;
     solution.views_used += used ? 1 : 0;
   }
   solution.views_rejected = static_cast<int>(views.size()) - solution.views_used;
   for (const char seen : facet_seen) solution.facets_seen += seen;
-  solution.rms_reprojection_px = RmsReprojection(problem, best);
+  solution.rms_reprojection_px = RmsReprojection(problem, *best);
   // Degrees of freedom: the facets' own numbers cancel against creases, base and openings.
   const double freedom = kCornerNumbers * solution.views_used;
-  solution.chi_square = freedom > 0 ? best.at.cost / freedom : 0;
+  solution.chi_square = freedom > 0 ? best->at.cost / freedom : 0;
 
   solution.angle.resize(holes - 1);
   for (int i = 0; i + 1 < holes; ++i) {
     solution.angle[i] =
-        FoldAngleBetween(problem.creases[i], best.facets[i].rotation, best.facets[i + 1].rotation);
+        FoldAngleBetween(problem.creases[i], best->facets[i].rotation, best->facets[i + 1].rotation);
   }
   solution.curve = CurveOfFacets(model.layout, solution.facets);
 
-  const ChainCholesky cholesky(best.at.matrix);
+  const ChainCholesky cholesky(best->at.matrix);
   // Where the misfit is larger than the sigmas explain, they are too small by that much.
   const double inflation = std::max(1.0, solution.chi_square);
   Eigen::MatrixXd covariance;

@@ -197,6 +197,32 @@ TEST(SolveChain, EveryViewWrongIsNotBelieved) {
   EXPECT_TRUE(solution.curve.normals.allFinite());
 }
 
+// However far the frame before was: from the same shape, from one pulled quite differently, from nonsense.
+TEST(SolveChain, TheFrameBeforeChangesTheWayNotTheAnswer) {
+  const std::vector<Camera> rig = CamerasAround(2);
+  for (const double outliers : {0.0, 0.05}) {
+    for (int draw = 0; draw < 4; ++draw) {
+      const auto truth_at = [&](double pull) {
+        std::mt19937_64 random(300 + draw);
+        return MakeTruth({}, pull, rig, {.outliers = outliers}, {}, random);
+      };
+      const Truth truth = truth_at(0.2);
+      const ChainSolution afresh = SolveChain(truth.model, rig, truth.views);
+      for (const double pull : {0.2, 0.195, 0.1, 0.0}) {
+        const Truth before = truth_at(pull);
+        const ChainSolution previous = SolveChain(before.model, rig, before.views);
+        const ChainSolution follows = SolveChain(truth.model, rig, truth.views, {}, &previous);
+        EXPECT_EQ(follows.used, afresh.used) << draw << ", from " << pull;
+        for (int i = 0; i < afresh.sigma.size(); ++i) {
+          if (!std::isfinite(afresh.sigma[i])) continue;
+          EXPECT_LT((follows.curve.points.col(i) - afresh.curve.points.col(i)).norm(), 0.1 * afresh.sigma[i])
+              << draw << ", from " << pull << ", node " << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(SolveChain, TheCovarianceFactorHasTheStatedSigmas) {
   const std::vector<Camera> rig = CamerasAround(2);
   std::mt19937_64 random(6);
