@@ -14,6 +14,7 @@
 
 #include "analysis/link/link_series.h"
 #include "cli/lab_option.h"
+#include "cli/link_bands_answer.h"
 #include "cli/score_trial.h"
 #include "db/files/curve_files.h"
 #include "db/trial_query.h"
@@ -32,6 +33,8 @@ struct LinkCall {
   std::string frame = "last";
   std::string accuracy;
   double self_offset_mm = 0;
+  bool bands = false;
+  int draws = 400;
 };
 
 std::optional<double> ParseNumber(std::string_view text) {
@@ -227,7 +230,13 @@ Status RunLinkOfTrial(const LinkCall& call, const LinkOptions& options, Output& 
   const bool axis = AxisOf(trial.value()).has_value();
   PrintReport(series.value().AtEnd(), series.value().names, axis, out);
   if (!axis) out.Print("no object link: a {} has no axis", trial.value().object.kind);
-  return Ok{};
+  if (!call.bands) return Ok{};
+  const Result<std::vector<CurveSeries>> curves =
+      CurvesAboutObject(lab.value().TrialFolder(id.value()), trial.value());
+  if (!curves.ok()) return curves.error();
+  LinkOptions about = options;
+  about.axis = AxisOf(trial.value());
+  return AnswerWithBands(curves.value(), series.value().end, about, call.draws, call.trial, out);
 }
 
 Status RunLink(const LinkCall& call, Output& out) {
@@ -262,6 +271,9 @@ Status RunLink(const LinkCall& call, Output& out) {
       const double time = curve.time[static_cast<Eigen::Index>(*frame.value())];
       curve.curves = {kept};
       curve.time = Eigen::VectorXd::Constant(1, time);
+      if (*frame.value() < curve.covariance_factor.size()) {
+        curve.covariance_factor = {Eigen::MatrixXd(curve.covariance_factor[*frame.value()])};
+      }
     }
   } else {
     options.method = call.accuracy == "exact" ? LinkMethod::kExact : LinkMethod::kFast;
@@ -283,7 +295,8 @@ Status RunLink(const LinkCall& call, Output& out) {
       break;
     }
   }
-  return Ok{};
+  if (!call.bands) return Ok{};
+  return AnswerWithBands(curves.value(), series.end, options, call.draws, call.curves, out);
 }
 
 }  // namespace
@@ -323,6 +336,12 @@ Command MakeLinkCommand() {
             app.add_option("--self-offset", call->self_offset_mm,
                            "offset of the self-link's second curve (mm); 0: 1 % of the shortest segment")
                 ->check(CLI::NonNegativeNumber);
+            app.add_flag("--bands", call->bands,
+                         "how sure: bands over curves drawn from their covariance, and crossings of which it "
+                         "is not known who lies in front (the last frame, or --frame's)");
+            app.add_option("--draws", call->draws, "draws of --bands (count)")
+                ->check(CLI::Range(2, 1000000))
+                ->capture_default_str();
           },
       .run = [call](Output& out) { return RunLink(*call, out); },
   };

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "db/files/curve_files.h"
 #include "tests/support/program.h"
 
 namespace tendril {
@@ -98,6 +99,47 @@ TEST(LinkCommand, BadCallsAreOneLineAndExitTwo) {
     EXPECT_TRUE(run.out.empty()) << run.out;
     EXPECT_FALSE(run.err.empty());
   }
+}
+
+// Two long strands that cross a millimetre apart, known to a millimetre.
+TEST(LinkCommand, BandsSayWhichCrossingIsUndecided) {
+  const TemporaryFolder folder;
+  std::vector<CurveSeries> strands(2);
+  for (int k = 0; k < 2; ++k) {
+    CurveSeries& strand = strands[static_cast<std::size_t>(k)];
+    strand.name = k == 0 ? "under" : "over";
+    strand.time = Eigen::VectorXd::LinSpaced(2, 0, 1);
+    for (int frame = 0; frame < 2; ++frame) {
+      FramedCurve curve{Eigen::Matrix3Xd::Zero(3, 5), {}};
+      for (int i = 0; i < 5; ++i) curve.points(k, i) = 10 * (i - 2);
+      curve.points.row(2).setConstant(k == 0 ? 0 : frame == 0 ? 1 : 1e-3);
+      strand.curves.push_back(curve);
+      strand.sigma.push_back(Eigen::VectorXd::Constant(5, 1e-3));
+      Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(15, 1);
+      for (int i = 0; i < 5; ++i) factor(3 * i + 2, 0) = k == 0 ? 0 : 1e-3;
+      strand.covariance_factor.push_back(factor);
+    }
+  }
+  ASSERT_TRUE(WriteCurves(folder / "strands.h5", strands, "test").ok());
+  const auto last = RunProgram({"link", folder / "strands.h5", "--bands", "--json"});
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  const auto bands = nlohmann::json::parse(last.out)["bands"];
+  ASSERT_EQ(bands["undecided"].size(), 1u);
+  EXPECT_EQ(bands["undecided"][0]["b"], "over");
+  EXPECT_NEAR(bands["undecided"][0]["node_a"].get<double>(), 2, 1e-6);
+  EXPECT_NEAR(bands["undecided"][0]["separation_m"].get<double>(), 1e-3, 1e-9);
+  EXPECT_NEAR(bands["undecided"][0]["sigma_m"].get<double>(), 1e-3, 1e-9);
+  const auto modes = bands["pairs"][0]["gauss"]["modes"];
+  ASSERT_EQ(modes.size(), 2u);
+  EXPECT_NEAR(modes[1]["share"].get<double>(), 0.159, 0.08);  // beyond one sigma
+  const auto first = RunProgram({"link", folder / "strands.h5", "--bands", "--frame", "0"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(first.out.find("every crossing is decided"), std::string::npos) << first.out;
+
+  WriteText(folder / "hopf.csv", HopfCsv());
+  const auto none = RunProgram({"link", folder / "hopf.csv", "--bands"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("states no covariance"), std::string::npos) << none.err;
 }
 
 }  // namespace
