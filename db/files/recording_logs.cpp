@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 
 #include "db/files/csv_read.h"
@@ -13,12 +14,15 @@ namespace {
 constexpr const char* kFrameHeader = "frame,frame_id,device_ns,host_ns,status,dropped_before";
 constexpr const char* kServoHeader =
     "host_ns,device_ms,servo,command,position_deg,current_mA,voltage_V,temperature_degC";
-constexpr const char* kDetectionHeader = "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3";
+constexpr const char* kDetectionHeader = "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3,sigma_px";
+constexpr const char* kOlderDetectionHeader = "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3";
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 template <class Value>
 std::string Cell(const std::optional<Value>& value) {
   return value ? fmt::format("{}", *value) : std::string();
 }
+std::string Cell(double value) { return std::isnan(value) ? std::string() : fmt::format("{}", value); }
 
 // Any plain name will do; a comma or line break would tear the row.
 bool IsPlain(const std::string& text) {
@@ -91,7 +95,7 @@ Result<std::vector<ServoRow>> ReadServoLog(const std::filesystem::path& file) {
 }
 
 Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& file) {
-  auto opened = CsvReader::Open(file, {kDetectionHeader}, /*lines_end=*/true);
+  auto opened = CsvReader::Open(file, {kDetectionHeader, kOlderDetectionHeader}, /*lines_end=*/true);
   if (!opened.ok()) return opened.error();
   CsvReader& csv = opened.value();
   std::vector<DetectionRow> rows;
@@ -100,13 +104,14 @@ Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& fi
     row.camera = static_cast<int>(csv.Integer(0, 0, INT32_MAX));
     row.frame = csv.Integer(1, 0);
     row.tag = static_cast<int>(csv.Integer(2, 0, INT32_MAX));
-    row.hamming = static_cast<int>(csv.Integer(3, 0, INT32_MAX));
-    row.margin = csv.Number(4);
+    if (!csv.Text(3).empty()) row.hamming = static_cast<int>(csv.Integer(3, 0, INT32_MAX));
+    row.margin = csv.NumberOrEmpty(4).value_or(kNone);
     size_t column = 5;
     for (int corner = 0; corner < 4; ++corner, column += 2) {
       row.corners_px(0, corner) = csv.Number(column);
       row.corners_px(1, corner) = csv.Number(column + 1);
     }
+    if (csv.columns().size() > column) row.sigma_px = csv.NumberOrEmpty(column).value_or(kNone);
     rows.push_back(row);
   }
   if (!csv.ok()) return csv.status().error();
@@ -134,13 +139,13 @@ Status WriteServoLog(const std::filesystem::path& file, std::span<const ServoRow
 Status WriteDetections(const std::filesystem::path& file, std::span<const DetectionRow> rows) {
   std::string text = std::string(kDetectionHeader) + "\n";
   for (const DetectionRow& row : rows) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{}", row.camera, row.frame, row.tag, row.hamming,
-                   row.margin);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{}", row.camera, row.frame, row.tag,
+                   Cell(row.hamming), Cell(row.margin));
     for (int corner = 0; corner < 4; ++corner) {
       fmt::format_to(std::back_inserter(text), ",{},{}", row.corners_px(0, corner),
                      row.corners_px(1, corner));
     }
-    text += '\n';
+    fmt::format_to(std::back_inserter(text), ",{}\n", Cell(row.sigma_px));
   }
   return WriteText(file, text);
 }

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,14 +40,18 @@ struct ServoRow {
   std::optional<double> temperature_degC{};
 };
 
-// detections.csv: camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3
+// detections.csv: camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3,sigma_px. Files without the last
+// column are read as well.
 struct DetectionRow {
   int camera = 0;
   std::int64_t frame = 0;
   int tag = 0;
-  int hamming = 0;
-  double margin = 0;                       // the detector's decision margin
+  // Wrong bits and decision margin; none and NaN where the tag was followed and not decoded in this picture.
+  std::optional<int> hamming{};
+  double margin = std::numeric_limits<double>::quiet_NaN();
   Eigen::Matrix<double, 2, 4> corners_px;  // in the detector's order (capture/rig/tag_layout.h)
+  // Stated 1-sigma error of a corner's coordinate, root mean square of the eight; NaN: not known.
+  double sigma_px = std::numeric_limits<double>::quiet_NaN();
 };
 
 //   errors  kNotFound no such file; kBadInput a bad header or field, a truncated last line. A file of a

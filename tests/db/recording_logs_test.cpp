@@ -72,6 +72,26 @@ TEST_F(RecordingLogs, CornersKeepEveryBit) {
   EXPECT_EQ(read.value()[0].tag, 586);
 }
 
+TEST_F(RecordingLogs, ATagThatWasFollowedHasNoBitsButASigma) {
+  DetectionRow followed{.camera = 0, .frame = 0, .tag = 1, .corners_px = {}, .sigma_px = 0.025};
+  followed.corners_px.setConstant(8);
+  ASSERT_TRUE(WriteDetections(folder_ / "d.csv", std::vector{followed}).ok());
+  EXPECT_THAT(testing_support::ReadText(folder_ / "d.csv"), HasSubstr("\n0,0,1,,,8,8,8,8,8,8,8,8,0.025\n"));
+  const auto read = ReadDetections(folder_ / "d.csv");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_FALSE(read.value()[0].hamming);
+  EXPECT_TRUE(std::isnan(read.value()[0].margin));
+  EXPECT_EQ(read.value()[0].sigma_px, 0.025);
+}
+
+TEST_F(RecordingLogs, DetectionsWithoutSigmaAreReadAsBefore) {
+  const auto read = ReadDetections(File(std::string(kDetections) + "0,0,1,2,30,1,2,3,4,5,6,7,8\n"));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read.value()[0].hamming, 2);
+  EXPECT_EQ(read.value()[0].corners_px(1, 3), 8);
+  EXPECT_TRUE(std::isnan(read.value()[0].sigma_px));
+}
+
 TEST_F(RecordingLogs, AHeaderAloneIsARecordingOfNothing) {
   EXPECT_TRUE(ReadFrameLog(File(kFrames)).value().empty());
   EXPECT_TRUE(ReadServoLog(File(kServo)).value().empty());
