@@ -1,9 +1,12 @@
 // tendril track: from a trial's videos to its centerlines.
 #include "cli/track_command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/track/overlay.h"
 #include "capture/track/track.h"
@@ -19,11 +22,48 @@ struct TrackCall {
   std::string trial;
   bool from_detections = false;
   bool overlay = false;
+  std::string level = "standard";
   int threads = 2;
 };
 
 nlohmann::ordered_json Number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+// "12 does not look like it, 3 moved too far"
+std::string InWords(const std::vector<std::pair<std::string, long>>& causes) {
+  std::string text;
+  for (const auto& [cause, count] : causes)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, cause);
+  return text.empty() ? "none" : text;
+}
+
+void PrintCameras(const TrackedTrial& tracked, const std::string& level, Output& out) {
+  if (tracked.cameras.empty()) return;
+  auto& fields = out.fields();
+  fields["level"] = level;
+  out.Print("{:<12} {:>8} {:>8} {:>10} {:>12}  {}", "camera", "tags", "decoded", "ms a frame", "corners px",
+            "sightings rejected");
+  for (size_t c = 0; c < tracked.cameras.size(); ++c) {
+    const CameraTags& camera = tracked.cameras[c];
+    const auto causes = RejectedByCause(camera.counts);
+    const double ms = 1e3 * camera.seconds / std::max(1.0, static_cast<double>(camera.counts.frames));
+    auto rejected = nlohmann::ordered_json::object();
+    for (const auto& [cause, count] : causes) rejected[cause] = count;
+    fields["cameras"].push_back({{"camera", c},
+                                 {"frames", camera.counts.frames},
+                                 {"frames_decoded", camera.counts.decodes},
+                                 {"tags", camera.tags},
+                                 {"tags_followed", camera.counts.fitted},
+                                 {"tags_found_by_decoding", camera.counts.found},
+                                 {"ms_per_frame", ms},
+                                 {"median_sigma_px", Number(camera.median_sigma_px)},
+                                 {"rejected", rejected}});
+    out.Print("{:<12} {:>8} {:>8} {:>10.1f} {:>12}  {}", fmt::format("cam{}", c), camera.tags,
+              fmt::format("{}/{}", camera.counts.decodes, camera.counts.frames), ms,
+              std::isfinite(camera.median_sigma_px) ? fmt::format("{:.3f}", camera.median_sigma_px) : "-",
+              InWords(causes));
+  }
 }
 
 Status RunTrack(const TrackCall& call, Output& out) {
@@ -34,6 +74,9 @@ Status RunTrack(const TrackCall& call, Output& out) {
   TrackOptions options;
   options.from_detections = call.from_detections;
   options.threads = call.threads;
+  const Result<std::optional<TagTrackLevel>> level = TagLevelOf(call.level);
+  if (!level.ok()) return Error(level.error()).Within("--level");
+  options.tag_level = level.value();
   const Result<TrackedTrial> tracked = TrackAndStore(lab.value(), id.value(), options, ProgramVersion(),
                                                      out.json() ? Progress() : out.ShowProgress("tracking"));
   if (!tracked.ok()) return tracked.error();
@@ -49,6 +92,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   out.Print("trial {}: {} frames, {} tags detected in {:.1f} s, solved in {:.1f} s", id.value(),
             tracked.value().frames, tracked.value().detections.size(), tracked.value().detect_seconds,
             tracked.value().solve_seconds);
+  PrintCameras(tracked.value(), call.level, out);
   out.Print("{:<12} {:>8} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "reprojection px",
             "median sigma mm", "tags used", "rejected");
   for (size_t i = 0; i < tracked.value().tentacles.size(); ++i) {
@@ -92,6 +136,11 @@ Command MakeTrackCommand() {
                          "start from the trial's detections.csv; the videos are not read");
             app.add_flag("--overlay", call->overlay,
                          "also draw tags and centerlines over the pictures (overlay.mp4, overlay.png)");
+            app.add_option("--level", call->level,
+                           "how tags are found: decode (each picture by itself), or followed from picture to "
+                           "picture: preview, standard, best (name)")
+                ->check(CLI::IsMember(TagLevelNames()))
+                ->capture_default_str();
             app.add_option("--threads", call->threads, "pictures worked on at once, count")
                 ->check(CLI::Range(1, 64))
                 ->capture_default_str();

@@ -9,17 +9,14 @@
 #include <future>
 #include <limits>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "capture/record/pull_log.h"
-#include "capture/record/video_file.h"
 #include "capture/rig/rig.h"
+#include "capture/track/sightings.h"
 #include "db/files/curve_files.h"
-#include "db/files/safe_file.h"
 #include "db/files/trial_toml.h"
-#include "db/trial_store.h"
 #include "model/fold/fold.h"
 
 namespace tendril {
@@ -76,120 +73,13 @@ Status ForEach(int count, int threads, const Work& work) {
   return Ok{};
 }
 
-using FrameLog = std::vector<FrameRow>;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// All pictures of one camera.
-Result<std::vector<DetectionRow>> DetectInVideo(const fs::path& video, int camera, std::size_t frames,
-                                                const TagDetectOptions& options, SharedProgress& progress) {
-  Result<TagDetector> detector = TagDetector::Create(options);
-  if (!detector.ok()) return detector.error();
-  Result<VideoReader> reader = VideoReader::Open(video);
-  if (!reader.ok()) return reader.error();
-  std::vector<DetectionRow> found;
-  for (std::size_t frame = 0;; ++frame) {
-    Result<std::optional<VideoFrame>> next = reader.value().Next();
-    if (!next.ok()) return next.error();
-    if (!next.value()) {
-      if (frame == frames) return found;
-      return Error{ErrorKind::kBadInput, fmt::format("{}: {} frames, but its frame log has {} rows",
-                                                     video.string(), frame, frames)};
-    }
-    const cv::Mat& image = next.value()->image;
-    const auto tags =
-        detector.value().Detect({image.data, image.cols, image.rows, static_cast<int>(image.step)});
-    if (!tags.ok()) return Error(tags.error()).Within(fmt::format("{}: frame {}", video.string(), frame));
-    for (const TagDetection& tag : tags.value()) {
-      found.push_back({.camera = camera,
-                       .frame = static_cast<std::int64_t>(frame),
-                       .tag = tag.id,
-                       .hamming = tag.hamming,
-                       .margin = tag.margin,
-                       .corners_px = tag.corners_px});
-    }
-    if (!progress.Step()) return Stopped();
-  }
-}
-
-// For each frame of camera 0 the frame of every camera that shows the same moment, or -1.
-std::vector<std::vector<std::int64_t>> SameMoments(const std::vector<FrameLog>& cameras, double share) {
-  const std::vector<FrameRow>& first = cameras.front();
-  double interval = std::numeric_limits<double>::infinity();
-  if (first.size() > 1) {
-    interval = static_cast<double>(first.back().host_ns - first.front().host_ns) /
-               static_cast<double>(first.size() - 1);
-  }
-  std::vector<std::vector<std::int64_t>> moments(first.size());
-  for (std::size_t f = 0; f < first.size(); ++f) {
-    moments[f].assign(cameras.size(), -1);
-    moments[f][0] = static_cast<std::int64_t>(f);
-    for (std::size_t c = 1; c < cameras.size(); ++c) {
-      const std::vector<FrameRow>& rows = cameras[c];
-      const auto after =
-          std::lower_bound(rows.begin(), rows.end(), first[f].host_ns,
-                           [](const FrameRow& row, std::int64_t ns) { return row.host_ns < ns; });
-      double nearest = share * interval;
-      for (auto candidate = after == rows.begin() ? after : after - 1;
-           candidate != rows.end() && candidate <= after; ++candidate) {
-        const double apart = std::abs(static_cast<double>(candidate->host_ns - first[f].host_ns));
-        if (apart > nearest) continue;
-        nearest = apart;
-        moments[f][c] = candidate - rows.begin();
-      }
-    }
-  }
-  return moments;
-}
-
-// Everything about a recording that the solver needs, sorted by frame and tentacle.
-struct Sightings {
-  std::vector<double> time;                              // s                               (frames)
-  std::vector<std::vector<std::vector<TagView>>> views;  // (frames) x (tentacles) x views
-  int unknown_tags = 0;
-};
-
-Sightings Sort(const std::vector<DetectionRow>& rows, const std::vector<FrameLog>& cameras,
-               const TagLayout& tags, const TrialSpec& trial, double same_moment) {
-  Sightings sorted;
-  const std::vector<FrameRow>& first = cameras.front();
-  const auto moments = SameMoments(cameras, same_moment);
-  std::vector<std::vector<int>> frame_of(cameras.size());  // camera's own frame -> frame of camera 0
-  for (std::size_t c = 0; c < cameras.size(); ++c) frame_of[c].assign(cameras[c].size(), -1);
-  for (std::size_t f = 0; f < moments.size(); ++f) {
-    sorted.time.push_back(1e-9 * static_cast<double>(first[f].host_ns - trial.started_ns));
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
-      if (moments[f][c] >= 0) frame_of[c][static_cast<std::size_t>(moments[f][c])] = static_cast<int>(f);
-    }
-  }
-  sorted.views.assign(moments.size(),
-                      std::vector<std::vector<TagView>>(static_cast<std::size_t>(trial.gripper.tentacles)));
-  for (const DetectionRow& row : rows) {
-    const auto camera = static_cast<std::size_t>(row.camera);
-    const int frame = frame_of[camera][static_cast<std::size_t>(row.frame)];
-    const TagPlace* place = tags.Find(row.tag);
-    if (place == nullptr) ++sorted.unknown_tags;
-    if (place == nullptr || frame < 0) continue;
-    sorted.views[static_cast<std::size_t>(frame)][static_cast<std::size_t>(place->tentacle)].push_back(
-        {.camera = row.camera, .place = place, .corners_px = row.corners_px});
-  }
-  return sorted;
-}
-
-// Rows of a detections.csv that somebody else may have made.
-Status CheckDetections(const std::vector<DetectionRow>& rows, const std::vector<FrameLog>& cameras,
-                       const fs::path& file) {
-  for (const DetectionRow& row : rows) {
-    if (row.camera < 0 || static_cast<std::size_t>(row.camera) >= cameras.size()) {
-      return Error{ErrorKind::kBadInput, fmt::format("{}: camera {}, but the rig has cameras 0 .. {}",
-                                                     file.string(), row.camera, cameras.size() - 1)};
-    }
-    const std::size_t frames = cameras[static_cast<std::size_t>(row.camera)].size();
-    if (row.frame < 0 || static_cast<std::size_t>(row.frame) >= frames) {
-      return Error{ErrorKind::kBadInput,
-                   fmt::format("{}: frame {} of camera {}, but its frame log has {} rows", file.string(),
-                               row.frame, row.camera, frames)};
-    }
-  }
-  return Ok{};
+double Median(std::vector<double>& values) {
+  if (values.empty()) return kNone;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 // One tentacle through all frames, each started also from the frame before.
@@ -241,15 +131,9 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
     previous = std::move(solution);
     if (!progress.Step()) return Stopped();
   }
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   summary.seen_fraction = nodes > 0 ? static_cast<double>(seen) / static_cast<double>(nodes) : 0;
   summary.rms_reprojection_px = summary.views_used > 0 ? std::sqrt(squares / summary.views_used) : kNone;
-  summary.median_sigma = kNone;
-  if (!sigmas.empty()) {
-    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    summary.median_sigma = *middle;
-  }
+  summary.median_sigma = Median(sigmas);
   return Ok{};
 }
 
@@ -297,27 +181,37 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
     if (Status s = CheckDetections(tracked.detections, times, folder / "detections.csv"); !s.ok())
       return s.error();
   } else {
-    TagDetectOptions detect = options.detect;
-    detect.family = trial.tags.family;
+    TagsInVideoOptions finding{.level = options.tag_level, .detect = options.detect};
+    finding.detect.family = trial.tags.family;
     SharedProgress steps(progress, 0, 0.7, pictures);
-    std::vector<std::vector<DetectionRow>> found(cameras);
+    std::vector<TagsInVideo> found(cameras);
     const Status done = ForEach(static_cast<int>(cameras), options.threads, [&](int c) -> Status {
       const auto camera = static_cast<std::size_t>(c);
-      Result<std::vector<DetectionRow>> rows =
-          DetectInVideo(CameraFile(folder, camera, ".mkv"), c, times[camera].size(), detect, steps);
-      if (!rows.ok()) return rows.error();
-      found[camera] = std::move(rows).value();
+      Result<TagsInVideo> tags_seen =
+          FindTagsInVideo(CameraFile(folder, camera, ".mkv"), c, times[camera].size(), finding,
+                          [&steps] { return steps.Step(); });
+      if (!tags_seen.ok()) return tags_seen.error();
+      found[camera] = std::move(tags_seen).value();
       return Ok{};
     });
     if (!done.ok()) return done.error();
-    for (const std::vector<DetectionRow>& rows : found) {
-      tracked.detections.insert(tracked.detections.end(), rows.begin(), rows.end());
+    for (const TagsInVideo& camera : found) {
+      tracked.detections.insert(tracked.detections.end(), camera.rows.begin(), camera.rows.end());
+      std::vector<double> sigmas;
+      for (const DetectionRow& row : camera.rows) {
+        if (std::isfinite(row.sigma_px)) sigmas.push_back(row.sigma_px);
+      }
+      tracked.cameras.push_back({.counts = camera.counts,
+                                 .tags = static_cast<long>(camera.rows.size()),
+                                 .seconds = camera.seconds,
+                                 .median_sigma_px = Median(sigmas)});
     }
   }
   tracked.detect_seconds = SecondsSince(detecting);
 
   const Clock::time_point solving = Clock::now();
-  const Sightings sightings = Sort(tracked.detections, times, tags.value(), trial, options.same_moment);
+  const Sightings sightings =
+      SortSightings(tracked.detections, times, tags.value(), trial, options.same_moment);
   tracked.frames = static_cast<int>(sightings.time.size());
   tracked.unknown_tags = sightings.unknown_tags;
   tracked.curves.resize(static_cast<std::size_t>(trial.gripper.tentacles));
@@ -342,81 +236,6 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   }
   if (Status s = WriteCurves(folder / "curves.h5", tracked.curves, "tendril track"); !s.ok())
     return s.error();
-  return tracked;
-}
-
-Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const TrackOptions& options,
-                                   const std::string& program, const Progress& progress) {
-  const fs::path folder = lab.TrialFolder(trial_id);
-  Result<TrackedTrial> tracked = TrackTrial(folder, options, progress);
-  if (!tracked.ok()) return tracked;
-
-  TrackRow row{.frames = tracked.value().frames,
-               .tentacles = static_cast<int>(tracked.value().curves.size())};
-  double squares = 0;
-  double views = 0;
-  double seen = 0;
-  for (const TrackedTentacle& t : tracked.value().tentacles) {
-    if (t.views_used > 0) squares += t.views_used * t.rms_reprojection_px * t.rms_reprojection_px;
-    views += t.views_used;
-    seen += t.seen_fraction;
-  }
-  if (views > 0) row.rms_reprojection_px = std::sqrt(squares / views);
-  if (row.tentacles > 0) row.seen_fraction = seen / row.tentacles;
-  double sigma_squares = 0;
-  double sigma_count = 0;
-  for (const CurveSeries& series : tracked.value().curves) {
-    for (const Eigen::VectorXd& sigma : series.sigma) {
-      for (const double s : sigma) {
-        if (!std::isfinite(s)) continue;
-        sigma_squares += s * s;
-        sigma_count += 1;
-      }
-    }
-  }
-  if (sigma_count > 0) row.rms_sigma_m = std::sqrt(sigma_squares / sigma_count);
-
-  Provenance made{.program_version = program};
-  const TagDetectOptions& detect = options.detect;
-  const ChainOptions& chain = options.chain;
-  made.parameters_json = nlohmann::json{{"family", tracked.value().family},
-                                        {"decimate", detect.decimate},
-                                        {"min_white_black_diff", detect.min_white_black_diff},
-                                        {"max_hamming", detect.max_hamming},
-                                        {"from_detections", options.from_detections},
-                                        {"sigma_corner_px", chain.sigma_corner_px},
-                                        {"sigma_tag_place_m", chain.sigma_tag_place},
-                                        {"sigma_tag_turn_rad", chain.sigma_tag_turn},
-                                        {"sigma_hole_m", chain.sigma_hole},
-                                        {"sigma_gap_m", chain.sigma_gap},
-                                        {"sigma_swing_rad", chain.sigma_swing},
-                                        {"sigma_angle_rad", chain.sigma_angle},
-                                        {"sigma_opening_rad", chain.sigma_opening},
-                                        {"sigma_opening_walk_rad", chain.sigma_opening_walk},
-                                        {"sigma_base_place_m", chain.sigma_base_place},
-                                        {"sigma_base_turn_rad", chain.sigma_base_turn},
-                                        {"sigma_base_fold_rad", chain.sigma_base_fold},
-                                        {"largest_chi_square", chain.largest_chi_square}}
-                             .dump();
-  std::vector<std::string> inputs = {"trial.toml"};
-  if (fs::exists(folder / "servo.csv")) inputs.emplace_back("servo.csv");
-  for (int c = 0; fs::exists(CameraFile(folder, static_cast<std::size_t>(c), ".csv")); ++c) {
-    inputs.push_back(fmt::format("cam{}.csv", c));
-    if (!options.from_detections) inputs.push_back(fmt::format("cam{}.mkv", c));
-  }
-  if (options.from_detections) inputs.emplace_back("detections.csv");
-  for (const std::string& input : inputs) {
-    Result<std::string> hash = Sha256OfFile(folder / input);
-    if (!hash.ok()) return hash.error();
-    made.input_sha256.emplace_back(input, std::move(hash).value());
-  }
-  if (Status s = StoreTrack(lab, trial_id, row, made); !s.ok()) return s.error();
-  for (const auto& [role, file] :
-       {std::pair{"detections", "detections.csv"}, std::pair{"curves", "curves.h5"}}) {
-    Result<std::string> hash = Sha256OfFile(folder / file);
-    if (!hash.ok()) return hash.error();
-    if (Status s = AddRecordingFile(lab, trial_id, role, file, hash.value()); !s.ok()) return s.error();
-  }
   return tracked;
 }
 

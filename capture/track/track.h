@@ -5,11 +5,12 @@
 // Lab frame, SI; time in seconds since the trial began.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "capture/track/chain_solve.h"
-#include "capture/track/tag_detect.h"
+#include "capture/track/tags_in_video.h"
 #include "db/files/recording_logs.h"
 #include "db/lab.h"
 #include "model/geometry/framed_curve.h"
@@ -19,6 +20,8 @@
 namespace tendril {
 
 struct TrackOptions {
+  // How tags are found from picture to picture; none: each is decoded by itself.
+  std::optional<TagTrackLevel> tag_level = TagTrackLevel::kStandard;
   TagDetectOptions detect;  // the family is the trial's
   ChainOptions chain;
   bool from_detections = false;  // start from the folder's detections.csv; the videos are not read
@@ -36,12 +39,21 @@ struct TrackedTentacle {
   int views_rejected = 0;
 };
 
+// How one camera's tags were found.
+struct CameraTags {
+  TagTrackCounts counts;
+  long tags = 0;               // over all pictures
+  double seconds = 0;          // for finding them, reading the video not counted
+  double median_sigma_px = 0;  // stated for their corners; NaN: each picture was decoded
+};
+
 struct TrackedTrial {
   std::string family;  // of its tags
   std::vector<CurveSeries>
       curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen
   std::vector<TrackedTentacle> tentacles;
   std::vector<DetectionRow> detections;
+  std::vector<CameraTags> cameras;  // empty where detections.csv was read
   int frames = 0;
   int unknown_tags = 0;       // detections whose id is on no facet of this gripper
   double detect_seconds = 0;  // summed over threads
