@@ -4,8 +4,6 @@ extern "C" {
 #include <libavutil/crc.h>
 #include <libavutil/dict.h>
 #include <libavutil/intreadwrite.h>
-#include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 }
 
 #include <array>
@@ -13,6 +11,7 @@ extern "C" {
 #include <system_error>
 #include <utility>
 
+#include "capture/record/gray_frame.h"
 #include "capture/record/libav.h"
 #include "capture/record/video_file.h"
 
@@ -21,9 +20,6 @@ namespace {
 
 struct CloseDemuxer {
   void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
-struct FreeScaler {
-  void operator()(SwsContext* context) const { sws_freeContext(context); }
 };
 
 Error Bad(const std::filesystem::path& file, const std::string& what) {
@@ -85,7 +81,7 @@ struct VideoReader::State {
   libav::Codec codec;
   libav::Frame frame;
   libav::Packet packet;
-  std::unique_ptr<SwsContext, FreeScaler> scaler;
+  libav::GrayFrames gray;
   int stream = 0;
   bool drained = false;
   std::int64_t read = 0;    // frames so far
@@ -99,36 +95,9 @@ struct VideoReader::State {
                         : fmt::format("frame {} is damaged ({}); the frames before it are whole", read, how));
   }
 
-  Result<cv::Mat> Gray();
   // Reads one packet and hands it to the codec; false at the end of the file.
   Result<bool> Feed();
 };
-
-// Brightness as it was recorded: gray as it is, anything else through libswscale to full range.
-Result<cv::Mat> VideoReader::State::Gray() {
-  cv::Mat image(frame->height, frame->width, CV_8UC1);
-  if (frame->format == AV_PIX_FMT_GRAY8) {
-    cv::Mat(frame->height, frame->width, CV_8UC1, frame->data[0],
-            static_cast<std::size_t>(frame->linesize[0]))
-        .copyTo(image);
-    return image;
-  }
-  if (!scaler) {
-    scaler.reset(sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(frame->format),
-                                frame->width, frame->height, AV_PIX_FMT_GRAY8, SWS_POINT, nullptr, nullptr,
-                                nullptr));
-    if (!scaler) {
-      const char* name = av_get_pix_fmt_name(static_cast<AVPixelFormat>(frame->format));
-      return Bad(file,
-                 fmt::format("pictures of format {}; expected gray or a colour format that libswscale knows",
-                             name == nullptr ? "?" : name));
-    }
-  }
-  std::uint8_t* planes[] = {image.data, nullptr, nullptr, nullptr};
-  const int strides[] = {static_cast<int>(image.step), 0, 0, 0};
-  sws_scale(scaler.get(), frame->data, frame->linesize, 0, frame->height, planes, strides);
-  return image;
-}
 
 Result<bool> VideoReader::State::Feed() {
   while (true) {
@@ -233,8 +202,8 @@ Result<std::optional<VideoFrame>> VideoReader::Next() {
   frame.index = s.read;
   const std::int64_t stamp = s.frame->best_effort_timestamp;
   frame.time = stamp == AV_NOPTS_VALUE ? s.last_time : static_cast<double>(stamp) * base.num / base.den;
-  Result<cv::Mat> image = s.Gray();
-  if (!image.ok()) return image.error();
+  Result<cv::Mat> image = s.gray.Of(*s.frame);
+  if (!image.ok()) return Error(image.error()).Within(s.file.string());
   frame.image = std::move(image).value();
   s.last_time = frame.time;
   ++s.read;
