@@ -70,6 +70,12 @@ bool StopRequested() { return stop_requested != 0; }
 
 void Output::PrintLine(const std::string& line) { fmt::print("{}\n", line); }
 
+void Output::PrintJsonLine(const nlohmann::ordered_json& object) const {
+  if (!json_) return;
+  fmt::print("{}\n", object.dump());
+  std::fflush(stdout);
+}
+
 void Output::Warn(const std::string& message) {
   spdlog::warn("{}", message);
   fields_["warnings"].push_back(message);
@@ -167,7 +173,7 @@ int Main(int argc, const char* const* argv) {
       done = Error{ErrorKind::kIo, std::string("unexpected: ") + error.what()};
     }
     if (!done.ok()) out.fields()["error"] = done.error().message;
-    if (json) fmt::print("{}\n", out.fields().dump(2));
+    if (json) fmt::print("{}\n", out.fields().dump(out.json_lines() ? -1 : 2));
     if (done.ok()) return 0;
     spdlog::error("{}", done.error().message);
     return ExitCode(done.error().kind);

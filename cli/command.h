@@ -29,6 +29,12 @@ class Output {
   // command that failed with `error`, its message.
   nlohmann::ordered_json& fields() { return fields_; }
 
+  // For a command that answers again and again: --json prints one object a line, and fields() is the last
+  // line.
+  void AnswerInLines() { json_lines_ = true; }
+  bool json_lines() const { return json_lines_; }
+  void PrintJsonLine(const nlohmann::ordered_json& object) const;
+
   // A line for people; nothing under --json. The format has no newline at its end.
   template <class... Args>
   void Print(fmt::format_string<Args...> format, Args&&... args) {
@@ -46,6 +52,7 @@ class Output {
   static void PrintLine(const std::string& line);
 
   bool json_;
+  bool json_lines_ = false;
   nlohmann::ordered_json fields_ = nlohmann::ordered_json::object();
 };
 

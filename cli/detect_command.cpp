@@ -3,12 +3,12 @@
 
 #include <filesystem>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "capture/record/picture_file.h"
 #include "capture/track/tag_detect.h"
+#include "cli/detect_live.h"
+#include "cli/tag_picture.h"
 
 namespace tendril::cli {
 namespace {
@@ -18,43 +18,19 @@ struct DetectCall {
   TagDetectOptions options{.threads = 2};
   bool library_corners = false;
   std::string overlay;
+  bool live = false;
+  LiveCall watch;
 };
 
-Status DrawOverlay(const cv::Mat& gray, const std::vector<TagDetection>& tags, const std::string& file) {
-  constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
-  const auto fixed = [](const Eigen::Vector2d& p) {
-    return cv::Point(static_cast<int>(std::lround(p.x() * (1 << kShift))),
-                     static_cast<int>(std::lround(p.y() * (1 << kShift))));
-  };
-  try {
-    cv::Mat picture;
-    cv::cvtColor(gray, picture, cv::COLOR_GRAY2BGR);
-    const int thick = std::max(1, gray.cols / 800);
-    for (const TagDetection& tag : tags) {
-      for (int i = 0; i < 4; ++i) {
-        // The tag's lower edge in another colour shows which way is up.
-        const cv::Scalar color = i == 0 ? cv::Scalar(0, 90, 255) : cv::Scalar(60, 220, 0);
-        cv::line(picture, fixed(tag.corners_px.col(i)), fixed(tag.corners_px.col((i + 1) % 4)), color, thick,
-                 cv::LINE_AA, kShift);
-      }
-      const Eigen::Vector2d center = tag.corners_px.rowwise().mean();
-      const std::string id = std::to_string(tag.id);
-      const double scale = 0.5 * thick;
-      int below = 0;
-      const cv::Size size = cv::getTextSize(id, cv::FONT_HERSHEY_SIMPLEX, scale, thick, &below);
-      const cv::Point at(static_cast<int>(center.x()) - size.width / 2,
-                         static_cast<int>(center.y()) + size.height / 2);
-      cv::putText(picture, id, at, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3 * thick, cv::LINE_AA);
-      cv::putText(picture, id, at, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 230, 255}, thick, cv::LINE_AA);
-    }
-    if (cv::imwrite(file, picture)) return Ok{};
-  } catch (const cv::Exception& error) {
-    return Error{ErrorKind::kIo, file + ": the overlay cannot be written (" + error.err + ")"};
-  }
-  return Error{ErrorKind::kIo, file + ": the overlay cannot be written; expected a folder that exists"};
-}
-
 Status RunDetect(const DetectCall& call, Output& out) {
+  if (call.live) {
+    LiveCall watch = call.watch;
+    watch.sources = call.images;
+    watch.detect = call.options;
+    watch.detect.threads = 1;  // cameras share the processor already
+    watch.overlay = call.overlay;
+    return DetectLive(watch, out);
+  }
   if (!call.overlay.empty() && call.images.size() != 1) {
     return Error{ErrorKind::kBadInput,
                  fmt::format("--overlay with {} pictures; expected one picture", call.images.size())};
@@ -91,7 +67,9 @@ Status RunDetect(const DetectCall& call, Output& out) {
     }
     images.push_back({{"file", file}, {"tags", listed}});
     if (!call.overlay.empty()) {
-      if (auto s = DrawOverlay(picture, tags.value(), call.overlay); !s.ok()) return s;
+      std::vector<DrawnTag> drawn;
+      for (const TagDetection& tag : tags.value()) drawn.push_back({tag.id, tag.corners_px});
+      if (auto s = WritePicture(DrawTags(picture, drawn), call.overlay); !s.ok()) return s;
       out.fields()["overlay"] = call.overlay;
       out.Print("overlay: {}", call.overlay);
     }
@@ -109,7 +87,10 @@ Command MakeDetectCommand() {
       .example = "tendril detect photo.png --family tag36h11 --overlay seen.png",
       .declare =
           [call](CLI::App& app) {
-            app.add_option("images", call->images, "pictures (PNG, JPEG, ...)")->required();
+            app.add_option("images", call->images,
+                           "pictures (PNG, JPEG, ...); with --live one source per camera: /dev/video0, "
+                           "rtsp://..., udp://..., tcp://..., http://..., a named pipe, a video file")
+                ->required();
             app.add_option("--family", call->options.family, "tag family (name)")->capture_default_str();
             app.add_option("--decimate", call->options.decimate,
                            "search in a picture this many times smaller (factor)")
@@ -125,8 +106,25 @@ Command MakeDetectCommand() {
                          "corners exactly as libapriltag finds them, without the fit of the border's edges");
             app.add_flag("--refine-edges", call->options.refine_edges,
                          "take libapriltag's own edge refinement first");
-            app.add_option("--overlay", call->overlay,
-                           "write the picture with outlines and ids drawn in (file)");
+            app.add_option(
+                "--overlay", call->overlay,
+                "write the picture with outlines and ids drawn in (file); with --live once a second, "
+                "cameras side by side");
+            CLI::Option* live = app.add_flag("--live", call->live,
+                                             "watch cameras: which tags each one sees now, until Ctrl-C");
+            app.add_option("--seconds", call->watch.seconds, "with --live: end after so long (s)")
+                ->check(CLI::PositiveNumber)
+                ->needs(live);
+            app.add_option("--level", call->watch.level,
+                           "with --live: how tags are followed: preview, standard, best (name)")
+                ->check(CLI::IsMember({"preview", "standard", "best"}))
+                ->needs(live)
+                ->capture_default_str();
+            app.add_option(
+                   "--expect", call->watch.expect,
+                   "with --live: ids that should be seen, such as 0-97,120; says which of them fewer than "
+                   "two cameras see (ids)")
+                ->needs(live);
           },
       .run = [call](Output& out) { return RunDetect(*call, out); },
   };
