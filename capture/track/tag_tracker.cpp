@@ -65,6 +65,7 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, bool decod
   fit.blur_px = track.blur_px;
   // Of a tag seen once no way is known; of another the way may have changed.
   TagFit found;
+  found.fault = TagFitFault::kMoved;  // unless a fit says something else
   const Corners there = Predicted(track);
   if (track.moving || decoded) found = FitTag(image, *look, there, fit, track.follow);
   if ((!track.moving && !decoded) || found.fault != TagFitFault::kNone) {
