@@ -11,6 +11,7 @@
 #include "capture/record/record.h"
 #include "capture/record/virtual_trial.h"
 #include "capture/rig/rig.h"
+#include "capture/rig/tag_layout.h"
 #include "capture/rig/virtual_rig.h"
 #include "db/files/design_toml.h"
 #include "db/files/safe_file.h"
@@ -28,6 +29,7 @@ struct RecordCall {
   std::string rig;
   std::string source = "virtual";
   std::string servo;
+  std::string tags;
   std::string handedness = "mirror";
   TrialSpec trial;
   VirtualTrialOptions virtual_trial;
@@ -120,6 +122,16 @@ Result<TrialSpec> TrialOf(const RecordCall& call, const Lab& lab) {
   if (!design.ok()) return design.error();
   trial.design = design.value();
   trial.design_name = design_file.value().stem().string();
+  if (!call.tags.empty()) {
+    const Result<TagSpec> tags = ReadTags(call.tags);
+    if (!tags.ok()) return tags.error();
+    trial.tags = tags.value();
+  }
+  // Real cameras run for minutes before anyone lays out tags: say now what track would say then.
+  if (const auto layout = LayOutTags(trial.design, trial.gripper, LayoutOptionsOf(trial.tags));
+      !layout.ok()) {
+    return layout.error();
+  }
   trial.gripper.first_azimuth = call.first_azimuth_deg * kDegree;
   trial.gripper.tilt = call.tilt_deg * kDegree;
   trial.gripper.handedness = HandednessOf(call.handedness).value_or(Handedness::kMirror);
@@ -221,8 +233,11 @@ void DeclareTrial(CLI::App& app, RecordCall& call) {
   app.add_option("--handedness", call.handedness, "of neighbouring tentacles")
       ->check(CLI::IsMember({"mirror", "normals", "same"}))
       ->capture_default_str();
-  app.add_option("--tag-family", call.trial.tags.family, "AprilTag family on the facets")
-      ->capture_default_str();
+  CLI::Option* family =
+      app.add_option("--tag-family", call.trial.tags.family, "AprilTag family on the facets")
+          ->capture_default_str();
+  app.add_option("--tags", call.tags, "how the tags are laid out (TOML), as `design tags --out` wrote it")
+      ->excludes(family);
 }
 
 void DeclareVirtual(CLI::App& app, VirtualTrialOptions& options) {

@@ -173,9 +173,7 @@ Result<RecordPlan> PlanVirtualTrial(TrialSpec trial, const VirtualTrialOptions& 
   if (rig.value().cameras.empty()) {
     return Error{ErrorKind::kBadInput, "virtual trial: the rig has no camera; expected one or more"};
   }
-  const Result<TagLayout> tags = LayOutTags(
-      trial.design, trial.gripper,
-      {.family = trial.tags.family, .footprint = trial.tags.footprint, .first_id = trial.tags.first_id});
+  const Result<TagLayout> tags = LayOutTags(trial.design, trial.gripper, LayoutOptionsOf(trial.tags));
   if (!tags.ok()) return tags.error();
 
   VirtualCylinder object{trial.object.position, trial.object.axis, trial.object.radius, trial.object.length};

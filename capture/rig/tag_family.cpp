@@ -13,6 +13,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 
 namespace tendril {
@@ -41,6 +44,18 @@ const Maker* Find(const std::string& name) {
     if (name == maker.name) return &maker;
   }
   return nullptr;
+}
+
+// Side of the largest square around the middle without a bit, modules.
+int VoidWidth(const apriltag_family& family) {
+  const double middle = 0.5 * family.width_at_border;  // bits' places count from the border's corner
+  double nearest = family.total_width;
+  for (uint32_t i = 0; i < family.nbits; ++i) {
+    const double x = std::abs(static_cast<double>(family.bit_x[i]) + 0.5 - middle);
+    const double y = std::abs(static_cast<double>(family.bit_y[i]) + 0.5 - middle);
+    nearest = std::min(nearest, std::max(x, y));
+  }
+  return std::max(0, static_cast<int>(std::lround(2 * nearest)) - 1);
 }
 
 using Owned = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
@@ -73,8 +88,12 @@ Result<TagFamily> FamilyOf(const std::string& name) {
   if (!family) return Unknown(name);
   return TagFamily{.name = name,
                    .ids = static_cast<int>(family->ncodes),
+                   .bits = static_cast<int>(family->nbits),
+                   .hamming = static_cast<int>(family->h),
                    .border_width = family->width_at_border,
                    .total_width = family->total_width,
+                   .void_width = VoidWidth(*family),
+                   .round = name.starts_with("tagCircle"),
                    .reversed_border = family->reversed_border};
 }
 

@@ -15,8 +15,12 @@ namespace tendril {
 struct TagFamily {
   std::string name;
   int ids = 0;
+  int bits = 0;
+  int hamming = 0;       // bits in which any two tags differ at least
   int border_width = 0;  // between the corners that the detector reports
   int total_width = 0;   // printed pattern with its outermost ring
+  int void_width = 0;    // of the square in the middle that carries no bit
+  bool round = false;    // a disc, not a square
   bool reversed_border =
       false;  // the quad is light around dark data (Standard, Circle, Custom), not dark on light
 };

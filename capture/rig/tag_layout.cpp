@@ -7,124 +7,10 @@
 #include <limits>
 
 #include "capture/rig/tag_family.h"
-#include "model/check.h"
+#include "capture/rig/tag_room.h"
 
 namespace tendril {
 namespace {
-
-// Points p of the sheet's (y, z) plane with inward . p >= offset; inward is a unit vector.
-struct HalfPlane {
-  Eigen::Vector2d inward;
-  double offset;
-};
-
-using Polygon = std::vector<Eigen::Vector2d>;
-
-Polygon Clip(const Polygon& polygon, const HalfPlane& keep) {
-  Polygon kept;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d& a = polygon[i];
-    const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
-    const double over_a = keep.inward.dot(a) - keep.offset;
-    const double over_b = keep.inward.dot(b) - keep.offset;
-    if (over_a >= 0) kept.push_back(a);
-    if ((over_a >= 0) != (over_b >= 0)) kept.push_back(a + (b - a) * (over_a / (over_a - over_b)));
-  }
-  return kept;
-}
-
-// Where the centre of an upright square may lie so that the square keeps within all half-planes.
-Polygon CentersOf(double side, const std::vector<HalfPlane>& within, const Polygon& around) {
-  Polygon centers = around;
-  for (const HalfPlane& edge : within) {
-    const double reach = 0.5 * side * edge.inward.cwiseAbs().sum();
-    centers = Clip(centers, {edge.inward, edge.offset + reach});
-    if (centers.empty()) break;
-  }
-  return centers;
-}
-
-Eigen::Vector2d Centroid(const Polygon& polygon) {
-  double area = 0;
-  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  const Eigen::Vector2d& origin = polygon.front();
-  double size2 = 0;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d a = polygon[i] - origin;
-    const Eigen::Vector2d b = polygon[(i + 1) % polygon.size()] - origin;
-    const double twice = a.x() * b.y() - a.y() * b.x();
-    area += 0.5 * twice;
-    moment += twice / 6 * (a + b);
-    mean += a / static_cast<double>(polygon.size());
-    size2 = std::max(size2, a.squaredNorm());
-  }
-  if (std::abs(area) <= 1e-9 * size2) return origin + mean;  // a segment or a point
-  return origin + moment / area;
-}
-
-// One way to pass the hole: the facet's edges and one line that the square keeps beyond.
-struct Room {
-  std::vector<HalfPlane> within;
-  double largest = 0;  // side of the largest square, m
-};
-
-double LargestSquare(const std::vector<HalfPlane>& within, const Polygon& around) {
-  double low = 0;
-  double high = 0;
-  for (const Eigen::Vector2d& p : around) high = std::max(high, (p - around.front()).cwiseAbs().maxCoeff());
-  if (CentersOf(0, within, around).empty()) return 0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (CentersOf(middle, within, around).empty() ? high : low) = middle;
-  }
-  return low;
-}
-
-struct Facet {
-  Polygon corners;          // (y, z), m
-  std::vector<Room> rooms;  // beyond the hole, before it, on either side of it
-  double largest() const {
-    double most = 0;
-    for (const Room& room : rooms) most = std::max(most, room.largest);
-    return most;
-  }
-};
-
-Facet RoomsOf(const TentacleLayout& layout, int index, double hole_radius, double clearance) {
-  Facet facet;
-  const Eigen::Matrix3Xd& corners = layout.facets[static_cast<size_t>(index)];
-  for (int i = 0; i < corners.cols(); ++i) facet.corners.emplace_back(corners(1, i), corners(2, i));
-
-  std::vector<HalfPlane> edges;
-  for (size_t i = 0; i < facet.corners.size(); ++i) {
-    const Eigen::Vector2d& a = facet.corners[i];
-    const Eigen::Vector2d along = facet.corners[(i + 1) % facet.corners.size()] - a;
-    if (!(along.norm() > 0)) continue;
-    const Eigen::Vector2d inward = Eigen::Vector2d(-along.y(), along.x()).normalized();
-    edges.push_back({inward, inward.dot(a) + clearance});
-  }
-  const Eigen::Vector2d hole(0, layout.hole_z[index]);
-  for (const Eigen::Vector2d& away :
-       {Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1), Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0)}) {
-    Room room{.within = edges};
-    room.within.push_back({away, away.dot(hole) + hole_radius + clearance});
-    room.largest = LargestSquare(room.within, facet.corners);
-    facet.rooms.push_back(room);
-  }
-  return facet;
-}
-
-// Centre of a square of this side; the caller has made sure that there is room.
-Eigen::Vector2d PlaceSquare(const Facet& facet, double side) {
-  for (const Room& room : facet.rooms) {
-    if (room.largest < side) continue;
-    const Polygon centers = CentersOf(side, room.within, facet.corners);
-    if (!centers.empty()) return Centroid(centers);
-  }
-  TENDRIL_CHECK(false && "no room for a square that was found to fit");
-  return {};
-}
 
 // Corners in the detector's order for a tag whose top is toward the tip. Seen from outside, y is to the
 // right; seen from inside, to the left.
@@ -158,10 +44,108 @@ Status CheckOptions(const TagLayoutOptions& options) {
   if (options.first_id < 0) {
     return Bad(fmt::format("first tag id is {}; expected 0 or more", options.first_id));
   }
+  if (options.every < 1) {
+    return Bad(fmt::format("tags on every {}th facet; expected 1 or more", options.every));
+  }
   return Ok{};
 }
 
+// Which sizes facets hold, for one family and the options.
+struct Fitting {
+  double hole_diameter = 0;  // m
+  double void_share = 0;     // of a tag's side that is unused in its middle; 0: tags lie beside holes only
+
+  bool FitsOver(const FacetRoom& room, double side) const {
+    return side <= room.largest_over && side * void_share >= hole_diameter && void_share > 0;
+  }
+  bool Fits(const FacetRoom& room, double side) const {
+    return side <= room.largest_beside || FitsOver(room, side);
+  }
+  // The largest that fits and is at most `bound`, m; 0: none.
+  double Largest(const FacetRoom& room, double bound) const {
+    const double over = std::min(room.largest_over, bound);
+    return std::max(FitsOver(room, over) ? over : 0.0, std::min(room.largest_beside, bound));
+  }
+  Eigen::Vector2d Place(const FacetRoom& room, double side) const {
+    return FitsOver(room, side) ? room.hole : PlaceBesideHole(room, side);
+  }
+};
+
+using Rooms = std::vector<std::vector<FacetRoom>>;  // [kind of tentacle][facet]
+
+// One size for all facets that carry tags and hold the smallest, m.
+Result<double> EqualSize(const Rooms& rooms, const Fitting& fitting, const TagLayoutOptions& options) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  double beside = options.largest_footprint;
+  double any_way = infinite;
+  bool any = false;
+  const auto carries = [&](const FacetRoom& room) {
+    return fitting.Largest(room, infinite) >= options.smallest_footprint;
+  };
+  const auto for_all = [&](const auto& ask) {
+    for (const auto& kind : rooms) {
+      for (size_t i = 0; i < kind.size(); i += static_cast<size_t>(options.every)) {
+        if (carries(kind[i])) ask(kind[i]);
+      }
+    }
+  };
+  for_all([&](const FacetRoom& room) {
+    any = true;
+    beside = std::min(beside, room.largest_beside);
+    any_way = std::min(any_way, fitting.Largest(room, infinite));
+  });
+  bool some_over = false;
+  bool all_fit = true;
+  for_all([&](const FacetRoom& room) {
+    some_over = some_over || fitting.FitsOver(room, any_way);
+    all_fit = all_fit && fitting.Fits(room, any_way);
+  });
+  const double size = some_over && all_fit && any_way > beside ? any_way : beside;
+  if (!any || !(size > 0)) {
+    return Bad(
+        fmt::format("no facet has room for a tag of {:.3g} mm clear of hole and creases; expected wider or "
+                    "longer facets, or a smaller smallest footprint",
+                    1e3 * options.smallest_footprint));
+  }
+  return size;
+}
+
+Status CheckRoom(const Rooms& rooms, const Fitting& fitting, const TagLayoutOptions& options) {
+  for (const auto& kind : rooms) {
+    for (size_t i = 0; i < kind.size(); i += static_cast<size_t>(options.every)) {
+      if (fitting.Fits(kind[i], options.footprint)) continue;
+      return Bad(fmt::format(
+          "facet {} has no room for a tag of {:.4g} mm clear of its hole and creases; at most {:.4g} mm fit",
+          i, 1e3 * options.footprint,
+          1e3 * fitting.Largest(kind[i], std::numeric_limits<double>::infinity())));
+    }
+  }
+  return Ok{};
+}
+
+// "; tag36h10 has 2320, ...": families with a square outline that would do.
+std::string FamiliesWith(int ids) {
+  std::string text;
+  for (const std::string& name : TagFamilyNames()) {
+    const auto family = FamilyOf(name);
+    if (family.ok() && family.value().ids >= ids && !family.value().round) {
+      text += fmt::format("{}{} has {}", text.empty() ? "" : ", ", name, family.value().ids);
+    }
+  }
+  return text.empty() ? "no family has so many" : text;
+}
+
 }  // namespace
+
+TagLayoutOptions LayoutOptionsOf(const TagSpec& spec) {
+  return {.family = spec.family,
+          .footprint = spec.footprint,
+          .first_id = spec.first_id,
+          .each = spec.sizes == TagSizes::kEach,
+          .every = spec.every,
+          .sides = spec.sides,
+          .over_hole = spec.over_hole};
+}
 
 const TagPlace* TagLayout::Find(int id) const {
   const auto at = std::lower_bound(tags.begin(), tags.end(), id,
@@ -177,70 +161,67 @@ Result<TagLayout> LayOutTags(const TentacleDesign& design, const Gripper& grippe
   }
   const auto family = FamilyOf(options.family);
   if (!family.ok()) return family.error();
+  if (options.over_hole && family.value().void_width == 0) {
+    return Bad(
+        fmt::format("{} has no unused middle to lie over a hole; expected tagCustom48h12", options.family));
+  }
 
   // Neighbours may be mirror images: at most two kinds of tentacle, by the number's parity.
-  std::vector<std::vector<Facet>> facets;
+  Rooms rooms;
   for (int kind = 0; kind < std::min(gripper.tentacles, 2); ++kind) {
     const auto layout = LayOut(DesignOfTentacle(gripper, design, kind));
     if (!layout.ok()) return layout.error();
-    facets.emplace_back();
-    for (int i = 0; i < static_cast<int>(layout.value().facets.size()); ++i) {
-      facets.back().push_back(RoomsOf(layout.value(), i, 0.5 * design.hole_diameter, options.clearance));
-    }
+    rooms.push_back(RoomsOf(design, layout.value(), options.clearance));
   }
-
-  double footprint = options.footprint;
-  if (footprint == 0) {
-    footprint = options.largest_footprint;
-    bool any = false;
-    for (const auto& kind : facets) {
-      for (const Facet& facet : kind) {
-        if (facet.largest() < options.smallest_footprint) continue;
-        any = true;
-        footprint = std::min(footprint, facet.largest());
-      }
-    }
-    if (!any || !(footprint > 0)) {
-      return Bad(
-          fmt::format("no facet has room for a tag of {:.3g} mm clear of hole and creases; expected wider or "
-                      "longer facets, or a smaller smallest footprint",
-                      1e3 * options.smallest_footprint));
-    }
-  } else {
-    for (const auto& kind : facets) {
-      for (size_t i = 0; i < kind.size(); ++i) {
-        if (kind[i].largest() >= footprint) continue;
-        return Bad(
-            fmt::format("facet {} has no room for a tag of {:.4g} mm clear of its hole and creases; at most "
-                        "{:.4g} mm fit",
-                        i, 1e3 * footprint, 1e3 * kind[i].largest()));
-      }
-    }
+  const Fitting fitting{.hole_diameter = design.hole_diameter,
+                        .void_share = options.over_hole ? static_cast<double>(family.value().void_width) /
+                                                              family.value().total_width
+                                                        : 0.0};
+  double common = options.footprint;
+  if (!options.each && common > 0) {
+    if (Status s = CheckRoom(rooms, fitting, options); !s.ok()) return s.error();
+  } else if (!options.each) {
+    const auto size = EqualSize(rooms, fitting, options);
+    if (!size.ok()) return size.error();
+    common = size.value();
   }
+  const double bound = options.footprint > 0 ? options.footprint : std::numeric_limits<double>::infinity();
 
   TagLayout tags{.family = options.family, .tags = {}};
-  const double border = footprint * family.value().border_width / family.value().total_width;
   int id = options.first_id;
   for (int tentacle = 0; tentacle < gripper.tentacles; ++tentacle) {
-    const std::vector<Facet>& own = facets[static_cast<size_t>(tentacle % 2)];
-    for (size_t i = 0; i < own.size(); ++i) {
-      if (own[i].largest() < footprint) continue;
-      const Eigen::Vector2d center = PlaceSquare(own[i], footprint);
+    const std::vector<FacetRoom>& own = rooms[static_cast<size_t>(tentacle % 2)];
+    for (size_t i = 0; i < own.size(); i += static_cast<size_t>(options.every)) {
+      const double footprint = options.each ? fitting.Largest(own[i], bound) : common;
+      const bool fits = options.each ? footprint >= std::min(options.smallest_footprint, bound)
+                                     : fitting.Fits(own[i], footprint);
+      if (!fits || !(footprint > 0)) continue;
+      const Eigen::Vector2d center = fitting.Place(own[i], footprint);
+      const double border = footprint * family.value().border_width / family.value().total_width;
       for (const TagSide side : {TagSide::kOuter, TagSide::kInner}) {
+        if (options.sides == (side == TagSide::kOuter ? TagSides::kInner : TagSides::kOuter)) continue;
         tags.tags.push_back({.id = id++,
                              .tentacle = tentacle,
                              .facet = static_cast<int>(i),
                              .side = side,
                              .footprint = footprint,
+                             .over_hole = fitting.FitsOver(own[i], footprint),
                              .corners_in_sheet = CornersOf(center, border, side)});
       }
     }
   }
+  if (tags.tags.empty()) {
+    return Bad(
+        fmt::format("no facet has room for a tag of {:.3g} mm clear of hole and creases; expected wider or "
+                    "longer facets",
+                    1e3 * options.smallest_footprint));
+  }
   if (id > family.value().ids) {
     return Bad(fmt::format(
-        "{} has {} ids, but {} tags from id {} on are needed; expected fewer tentacles or a larger "
-        "family (tagStandard41h12 has 2115)",
-        options.family, family.value().ids, tags.tags.size(), options.first_id));
+        "{} has {} ids, but {} tags from id {} on are needed; expected fewer tentacles, facets or sides, or "
+        "a "
+        "larger family ({})",
+        options.family, family.value().ids, tags.tags.size(), options.first_id, FamiliesWith(id)));
   }
   return tags;
 }

@@ -206,10 +206,8 @@ Result<Film> OpenFilm(const fs::path& folder) {
   Result<Rig> rig = ParseRig(film.trial.rig_toml, (folder / "trial.toml").string() + ": rig");
   if (!rig.ok()) return rig.error();
   film.rig = std::move(rig).value();
-  const TagSpec& spec = film.trial.tags;
   Result<TagLayout> tags =
-      LayOutTags(film.trial.design, film.trial.gripper,
-                 {.family = spec.family, .footprint = spec.footprint, .first_id = spec.first_id});
+      LayOutTags(film.trial.design, film.trial.gripper, LayoutOptionsOf(film.trial.tags));
   if (!tags.ok()) return tags.error();
   film.tags = std::move(tags).value();
   Result<std::vector<CurveSeries>> curves = ReadCurves(folder / "curves.h5");

@@ -155,9 +155,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
     return Error{ErrorKind::kBadInput,
                  (folder / "trial.toml").string() + ": the rig has no camera to track with"};
   }
-  const Result<TagLayout> tags = LayOutTags(
-      trial.design, trial.gripper,
-      {.family = trial.tags.family, .footprint = trial.tags.footprint, .first_id = trial.tags.first_id});
+  const Result<TagLayout> tags = LayOutTags(trial.design, trial.gripper, LayoutOptionsOf(trial.tags));
   if (!tags.ok()) return tags.error();
   const Result<PullLog> pulls = PullLog::Read(folder, trial);
   if (!pulls.ok()) return pulls.error();

@@ -101,10 +101,7 @@ Result<TrialSpec> ReadTrialToml(const std::filesystem::path& file) {
   root.Text("notes", trial.notes);
   ReadObject(root.Table("object"), trial.object, trial.object_distance);
   ReadGripper(root.Table("gripper"), trial.gripper);
-  TomlTable tags = root.Table("tags");
-  tags.Text("family", trial.tags.family);
-  tags.Number("footprint", trial.tags.footprint, AtLeast(0, "m"));
-  tags.Integer("first_id", trial.tags.first_id, AtLeast(0));
+  ReadTagTable(root.Table("tags"), trial.tags);
   TomlTable rig = root.Table("rig");
   rig.Text("name", trial.rig_name);
   rig.Text("toml", trial.rig_toml);
@@ -124,8 +121,7 @@ std::string TrialToml(const TrialSpec& trial) {
   out += ObjectToml(trial.object);
   out += fmt::format("distance = {}  # m, carrier to object\n\n", TomlNumber(trial.object_distance));
   out += GripperToml(trial.gripper) + "\n";
-  out += fmt::format("[tags]\nfamily = {}\nfootprint = {}  # m; 0: the largest that fits\nfirst_id = {}\n\n",
-                     TomlText(trial.tags.family), TomlNumber(trial.tags.footprint), trial.tags.first_id);
+  out += TagTableToml(trial.tags) + "\n";
   out += fmt::format("[design]\nname = {}\n\n{}\n", TomlText(trial.design_name),
                      DesignTablesToml(trial.design, "design."));
   out += fmt::format("[rig]\nname = {}\ntoml = {}\n", TomlText(trial.rig_name), TomlText(trial.rig_toml));

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "db/files/tag_toml.h"
 #include "model/fold/design.h"
 #include "model/fold/gripper.h"
 #include "model/result.h"
@@ -35,13 +36,6 @@ struct ObjectSpec {
   Eigen::Vector3d position{0, 0, -0.15};   // of its centre in the lab frame, m
   Eigen::Vector3d axis = {1.0, 0.0, 0.0};  // direction in the lab frame
   double mass = 0.015;                     // kg
-};
-
-// As capture's TagLayoutOptions.
-struct TagSpec {
-  std::string family = "tag36h11";
-  double footprint = 0;  // printed side with the white ring, m; 0: the largest that fits
-  int first_id = 0;
 };
 
 struct TrialSpec {

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "db/files/curve_files.h"
+#include "db/files/recording_logs.h"
 #include "db/lab.h"
 #include "db/trial_query.h"
 #include "tests/support/program.h"
@@ -34,6 +36,41 @@ class RecordCommand : public testing::Test {
   }
   TemporaryFolder folder_;
 };
+
+// Tags on every second facet and outside only: the pictures have them there, and `track` looks for them
+// there.
+TEST_F(RecordCommand, TracksTagsAsTheTagsFileLaysThemOut) {
+  WriteText(folder_ / "tags.toml",
+            "[tags]\nfamily = \"tag36h10\"\nfirst_id = 7\nsizes = \"each\"\nevery = 2\nsides = \"outer\"\n");
+  const auto run = Record({"--frames", "2", "--label", "few", "--pull", "0.02", "--distance", "0.15",
+                           "--tentacles", "2", "--tags", folder_ / "tags.toml"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string trial = nlohmann::json::parse(run.out)["folder"];
+  const auto tracked = RunProgram({"track", "few", "--lab", folder_ / "lab", "--json"});
+  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
+  const auto json = nlohmann::json::parse(tracked.out);
+  EXPECT_EQ(json["unknown_tags"], 0);
+  const auto found = ReadDetections(trial + "/detections.csv");
+  ASSERT_TRUE(found.ok());
+  EXPECT_GT(found.value().size(), 14U);  // 2 pictures, 2 cameras, 2 tentacles of 7 outer tags
+  for (const DetectionRow& row : found.value()) {
+    EXPECT_GE(row.tag, 7);
+    EXPECT_LT(row.tag, 7 + 2 * 7);
+  }
+  const auto curves = ReadCurves(trial + "/curves.h5");
+  const auto truth = ReadCurves(trial + "/truth.h5");
+  ASSERT_TRUE(curves.ok() && truth.ok());
+  for (std::size_t c = 0; c < 2; ++c) {
+    const double off =
+        (curves.value()[c].curves[0].points - truth.value()[c].curves[0].points).colwise().norm().maxCoeff();
+    EXPECT_LT(off, 6e-3) << "tentacle "
+                         << c;  // tags taken for those of other facets would be off by 15 mm and more
+  }
+  const auto both = Record({"--tags", folder_ / "tags.toml", "--tag-family", "tag36h11"});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_EQ(Record({"--tags", folder_ / "none.toml"}).exit_code, 2);
+  EXPECT_EQ(Trials(), 1U);
+}
 
 TEST_F(RecordCommand, AVirtualTrialThenTheSameFromItsFiles) {
   const auto first = Record({"--frames", "3", "--seed", "5", "--label", "one", "--distance", "0.1"});

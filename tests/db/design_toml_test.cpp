@@ -186,6 +186,46 @@ TEST(TrialToml, RoundTripsEveryFieldAlsoTextThatLooksLikeToml) {
   EXPECT_EQ(TrialToml(b), TrialToml(t));
 }
 
+TEST(TagToml, RoundTripsInATrialAndAloneAndDefaultsStayAsTheyWere) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(TagTableToml({}),
+            "[tags]\nfamily = \"tag36h11\"\nfootprint = 0  # m; 0: the largest that fits\nfirst_id = 0\n");
+  for (const TagSides sides : {TagSides::kBoth, TagSides::kOuter, TagSides::kInner}) {
+    const TagSpec tags{.family = "tagCustom48h12",
+                       .footprint = 0.1 + 0.2,
+                       .first_id = 41,
+                       .sizes = TagSizes::kEach,
+                       .every = 2,
+                       .sides = sides,
+                       .over_hole = true};
+    testing_support::WriteText(folder / "tags.toml", TagTableToml(tags));
+    const auto read = ReadTags(folder / "tags.toml");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    TrialSpec trial;
+    trial.id = "x";
+    trial.label = "y";
+    trial.design_name = "paper";
+    trial.tags = read.value();
+    testing_support::WriteText(folder / "trial.toml", TrialToml(trial));
+    const TagSpec b = ReadTrialToml(folder / "trial.toml").value().tags;
+    EXPECT_EQ(b.family, tags.family);
+    EXPECT_EQ(b.footprint, tags.footprint);
+    EXPECT_EQ(b.first_id, 41);
+    EXPECT_EQ(b.sizes, TagSizes::kEach);
+    EXPECT_EQ(b.every, 2);
+    EXPECT_EQ(b.sides, sides);
+    EXPECT_TRUE(b.over_hole);
+  }
+  testing_support::WriteText(folder / "tags.toml", "[tags]\nevery = 0\n");
+  EXPECT_THAT(ReadTags(folder / "tags.toml").error().message,
+              HasSubstr("tags.every = 0: expected a whole number >= 1"));
+  testing_support::WriteText(folder / "tags.toml", "[tags]\nsides = \"left\"\n");
+  EXPECT_THAT(ReadTags(folder / "tags.toml").error().message, HasSubstr("both, outer, inner"));
+  testing_support::WriteText(folder / "tags.toml", "family = \"tag36h11\"\n");
+  EXPECT_FALSE(ReadTags(folder / "tags.toml").ok());
+  EXPECT_EQ(ReadTags(folder / "none.toml").error().kind, ErrorKind::kNotFound);
+}
+
 TEST(TrialToml, WhatIsMissingIsNamed) {
   const TemporaryFolder folder;
   testing_support::WriteText(folder / "trial.toml",

@@ -1,0 +1,45 @@
+#include "db/files/tag_toml.h"
+
+#include <fmt/format.h>
+
+#include "db/files/toml_write.h"
+
+namespace tendril {
+
+void ReadTagTable(TomlTable from, TagSpec& tags) {
+  from.Text("family", tags.family);
+  from.Number("footprint", tags.footprint, AtLeast(0, "m"));
+  from.Integer("first_id", tags.first_id, AtLeast(0));
+  std::string name;
+  if (from.Choice("sizes", name, {"equal", "each"})) {
+    tags.sizes = name == "each" ? TagSizes::kEach : TagSizes::kEqual;
+  }
+  from.Integer("every", tags.every, AtLeast(1, "facets"));
+  if (from.Choice("sides", name, {"both", "outer", "inner"})) {
+    tags.sides = name == "outer" ? TagSides::kOuter : name == "inner" ? TagSides::kInner : TagSides::kBoth;
+  }
+  from.Flag("over_hole", tags.over_hole);
+}
+
+std::string TagTableToml(const TagSpec& tags) {
+  std::string out =
+      fmt::format("[tags]\nfamily = {}\nfootprint = {}  # m; 0: the largest that fits\nfirst_id = {}\n",
+                  TomlText(tags.family), TomlNumber(tags.footprint), tags.first_id);
+  if (tags.sizes == TagSizes::kEach) out += "sizes = \"each\"  # as large as its facet holds\n";
+  if (tags.every != 1) out += fmt::format("every = {}  # facets\n", tags.every);
+  if (tags.sides == TagSides::kOuter) out += "sides = \"outer\"\n";
+  if (tags.sides == TagSides::kInner) out += "sides = \"inner\"\n";
+  if (tags.over_hole) out += "over_hole = true\n";
+  return out;
+}
+
+Result<TagSpec> ReadTags(const std::filesystem::path& file) {
+  auto document = TomlDocument::Read(file);
+  if (!document.ok()) return document.error();
+  TagSpec tags;
+  ReadTagTable(document.value().Root().Required().Table("tags"), tags);
+  if (Status read = document.value().Finish(); !read.ok()) return read.error();
+  return tags;
+}
+
+}  // namespace tendril
