@@ -42,7 +42,8 @@ Status RunTags(const TagsCall& call, Output& out) {
   const auto layout = LayOutTags(design.value(), call.gripper, options);
   if (!layout.ok()) return Error(layout.error()).Within(call.design);
   const std::vector<TagPlace>& tags = layout.value().tags;
-  const auto pages = TagSheet(layout.value(), {.title = std::filesystem::path(call.design).stem().string()});
+  const auto pages =
+      TagSheetSvg(layout.value(), {.title = std::filesystem::path(call.design).stem().string()});
   if (!pages.ok()) return pages.error();
 
   auto& fields = out.fields();
