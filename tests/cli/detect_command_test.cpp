@@ -1,5 +1,4 @@
-// tendril detect and design tags: the fields that programs rely on, and one line for what is wrong.
-#include <gmock/gmock.h>
+// tendril detect: the fields that programs rely on, and one line for what is wrong.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -55,26 +54,6 @@ TEST(DetectCommand, BadInputIsOneLineAndExitTwo) {
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
     EXPECT_EQ(run.out, "");
   }
-}
-
-TEST(DesignTagsCommand, MapsIdsAndWritesPages) {
-  const TemporaryFolder folder;
-  const std::string design = TENDRIL_SOURCE_DIR "/examples/designs/paper.toml";
-  const auto run = RunProgram({"design", "tags", design, "--tentacles", "3", "--first-id", "10", "--svg",
-                               folder / "tags.svg", "--json"});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = nlohmann::json::parse(run.out);
-  EXPECT_EQ(json["tags"].size(), 3u * 49u * 2u);
-  EXPECT_EQ(json["tags"][0]["id"], 10);
-  EXPECT_EQ(json["tags"][0]["side"], "outer");
-  EXPECT_EQ(json["tags"][1]["side"], "inner");
-  EXPECT_NEAR(json["footprint_m"].get<double>(), 0.008, 1e-12);
-  for (const auto& page : json["svg"]) EXPECT_TRUE(std::filesystem::exists(page.get<std::string>()));
-  EXPECT_EQ(json["svg"].size(), 2u);
-  const auto many = RunProgram({"design", "tags", design, "--tentacles", "8"});
-  EXPECT_EQ(many.exit_code, 2);
-  EXPECT_THAT(many.err, testing::HasSubstr("587"));
-  EXPECT_EQ(RunProgram({"design", "tags", design, "--size-mm", "12"}).exit_code, 2);
 }
 
 }  // namespace
