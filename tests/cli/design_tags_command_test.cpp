@@ -89,6 +89,21 @@ TEST(DesignTagsCommand, SaysWhatCamerasSeeAndWhatThatIsGoodFor) {
   EXPECT_THAT(Warnings(half), HasSubstr("neither decoded nor tracked"));
 }
 
+// docs/lab-setup.md: 20 mm lens, 3.45 um pixels, 1.5 m.
+TEST(DesignTagsCommand, TheWorkedExampleOfTheDocumentation) {
+  const json answer = Ask({"--rig", TENDRIL_SOURCE_DIR "/examples/rigs/lab_pair.toml", "--tentacles", "1",
+                           "--first-azimuth-deg", "0", "--tilt-deg", "0"});
+  const double mm_per_px = 1500 / (20 / 0.00345);
+  for (const json& camera : answer["cameras"]) {
+    EXPECT_NEAR(camera["farthest_mm_per_px"].get<double>(), mm_per_px, 0.002 * mm_per_px);
+    EXPECT_NEAR(camera["least_px_per_module"].get<double>(), 0.8 / mm_per_px, 0.01);
+    EXPECT_EQ(camera["use_at_45_deg"], "decoded");
+    EXPECT_EQ(camera["tags"]["decoded"], 49);
+    EXPECT_EQ(camera["tags"]["turned away"], 49);
+  }
+  EXPECT_NEAR(answer["widest_angle_deg"].get<double>(), 60, 0.1);
+}
+
 TEST(DesignTagsCommand, MoreTentaclesTakeAFamilyWithMoreIds) {
   const json answer = Ask({"--tentacles", "16"});
   EXPECT_EQ(answer["tags"].size(), 16u * 98u);
