@@ -127,14 +127,13 @@ Result<TrialSpec> TrialOf(const RecordCall& call, const Lab& lab) {
     if (!tags.ok()) return tags.error();
     trial.tags = tags.value();
   }
-  // Real cameras run for minutes before anyone lays out tags: say now what track would say then.
-  if (const auto layout = LayOutTags(trial.design, trial.gripper, LayoutOptionsOf(trial.tags));
-      !layout.ok()) {
-    return layout.error();
-  }
   trial.gripper.first_azimuth = call.first_azimuth_deg * kDegree;
   trial.gripper.tilt = call.tilt_deg * kDegree;
   trial.gripper.handedness = HandednessOf(call.handedness).value_or(Handedness::kMirror);
+  if (!call.tags.empty()) {  // said now, not by `track` when the trial is over
+    const auto layout = LayOutTags(trial.design, trial.gripper, LayoutOptionsOf(trial.tags));
+    if (!layout.ok()) return Error(layout.error()).Within(call.tags);
+  }
   trial.object_distance = call.distance;
   trial.object.position = {0, 0, -call.distance};
 

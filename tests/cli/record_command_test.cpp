@@ -69,6 +69,8 @@ TEST_F(RecordCommand, TracksTagsAsTheTagsFileLaysThemOut) {
   const auto both = Record({"--tags", folder_ / "tags.toml", "--tag-family", "tag36h11"});
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_EQ(Record({"--tags", folder_ / "none.toml"}).exit_code, 2);
+  WriteText(folder_ / "wide.toml", "[tags]\nfootprint = 0.012\n");
+  EXPECT_EQ(Record({"--tags", folder_ / "wide.toml"}).exit_code, 2);
   EXPECT_EQ(Trials(), 1U);
 }
 
