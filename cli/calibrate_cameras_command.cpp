@@ -10,8 +10,10 @@
 
 #include "calibrate/cameras/board_pictures.h"
 #include "calibrate/cameras/calibrate_cameras.h"
+#include "calibrate/cameras/calibrate_from_tags.h"
 #include "calibrate/cameras/projection_uncertainty.h"
 #include "capture/rig/rig.h"
+#include "db/files/recording_logs.h"
 #include "db/files/safe_file.h"
 
 namespace tendril::cli {
@@ -27,6 +29,8 @@ struct CalibrateCamerasCall {
   int every = 1;
   CalibrateCamerasOptions options;
   double board_error_mm = 0;
+  std::string tags;  // detections.csv
+  CalibrateFromTagsOptions from_tags;
 };
 
 nlohmann::ordered_json NumberOrNull(double value) {
@@ -166,7 +170,72 @@ Status WriteMap(const std::string& file, const std::vector<UncertaintyPanel>& pa
   return WriteBeside(file, write);
 }
 
-Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
+// What the two ways in come to.
+struct Calibrated {
+  CameraCalibration fit;
+  std::vector<BoardView> views;
+  Eigen::Matrix3Xd layout;  // of the board; empty: tags that move
+};
+
+Status CheckWays(const CalibrateCamerasCall& call) {
+  const auto bad = [](const std::string& message) { return Error{ErrorKind::kBadInput, message}; };
+  if (call.tags.empty()) {
+    if (call.board.empty() || call.cameras.empty())
+      return bad("expected --board and --camera (pictures of a board), or --tags (recorded detections)");
+    if (call.from_tags.border > 0 || call.from_tags.tags_move || call.from_tags.still_px > 0)
+      return bad("--tag-size, --tags-move and --still go with --tags");
+    return Ok{};
+  }
+  if (!call.board.empty() || !call.cameras.empty())
+    return bad("--tags takes the place of --board and --camera; expected one or the other");
+  if (!(call.from_tags.border > 0)) return bad("--tags needs --tag-size, the side of the black border (m)");
+  if (call.lenses.empty())
+    return bad("--tags needs --lenses: a rig file whose cameras are those of the detections, in their order");
+  return Ok{};
+}
+
+Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
+  const auto rig = ReadRig(call.lenses);
+  if (!rig.ok()) return rig.error();
+  const auto rows = ReadDetections(call.tags);
+  if (!rows.ok()) return rows.error();
+  std::vector<TagInPicture> tags;
+  for (const DetectionRow& row : rows.value()) {
+    if (row.camera < 0 || static_cast<size_t>(row.camera) >= rig.value().cameras.size()) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: camera {}, but {} has cameras 0 to {}", call.tags, row.camera,
+                               call.lenses, rig.value().cameras.size() - 1)};
+    }
+    if (row.corners_px.col(0) == row.corners_px.col(2)) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("{}: tag {} of camera {}, frame {} has a centre only; expected four corners",
+                               call.tags, row.tag, row.camera, row.frame)};
+    }
+    tags.push_back({row.frame, row.tag, row.camera, row.corners_px});
+  }
+  CalibrateFromTagsOptions options = call.from_tags;
+  options.cameras = call.options;
+  options.cameras.board_sigma = options.tags_move ? 0 : 1e-3 * call.board_error_mm;
+  auto found = CalibrateFromTags(rig.value().cameras, tags, options, out.ShowProgress("fit"));
+  if (!found.ok()) return Error(found.error()).Within(call.tags);
+  RigFromTags& from = found.value();
+  if (!options.tags_move) {
+    out.Print("{} tags that are fixed to each other, from {} pictures ({:.4f} px)", from.body.tags.size(),
+              from.body.pictures, from.body.rms_px);
+    auto& places = out.fields()["tags"] = nlohmann::ordered_json::array();
+    for (size_t i = 0; i < from.body.tags.size(); ++i) {
+      nlohmann::ordered_json corners = nlohmann::ordered_json::array();
+      for (Eigen::Index k = 0; k < 4; ++k) {
+        const Eigen::Vector3d p = from.body.points.col(4 * static_cast<Eigen::Index>(i) + k);
+        corners.push_back({p.x(), p.y(), p.z()});
+      }
+      places.push_back({{"tag", from.body.tags[i]}, {"corners_m", std::move(corners)}});
+    }
+  }
+  return Calibrated{std::move(from.calibration), std::move(from.views), {}};
+}
+
+Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
   const auto board = ParseBoard(call.board);
   if (!board.ok()) return board.error();
   const auto pictures = SplitCameras(call.cameras);
@@ -192,14 +261,22 @@ Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
     if (!lenses.ok()) return lenses.error();
     options.lenses = std::move(lenses).value();
   }
-  const auto fit = CalibrateCameras(seen.value().cameras, seen.value().views, BoardPoints(board.value()),
-                                    options, out.ShowProgress("fit"));
+  auto fit = CalibrateCameras(seen.value().cameras, seen.value().views, BoardPoints(board.value()), options,
+                              out.ShowProgress("fit"));
   if (!fit.ok()) return fit.error();
-  const std::vector<UncertaintyPanel> panels = Panels(fit.value(), seen.value().views);
   out.fields()["board"] = BoardText(board.value());
-  Show(out, fit.value(), panels, options.confidence);
-  if (options.board_sigma > 0) {
-    const Eigen::Matrix3Xd off = 1e3 * (fit.value().points - BoardPoints(board.value()));
+  return Calibrated{std::move(fit).value(), std::move(seen.value().views), BoardPoints(board.value())};
+}
+
+Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
+  if (auto s = CheckWays(call); !s.ok()) return s;
+  auto calibrated = call.tags.empty() ? FromBoard(call, out) : FromTags(call, out);
+  if (!calibrated.ok()) return calibrated.error();
+  const auto& [fit, views, layout] = calibrated.value();
+  const std::vector<UncertaintyPanel> panels = Panels(fit, views);
+  Show(out, fit, panels, call.options.confidence);
+  if (call.board_error_mm > 0 && layout.cols() == fit.points.cols()) {
+    const Eigen::Matrix3Xd off = 1e3 * (fit.points - layout);
     const double rms = std::sqrt(off.squaredNorm() / static_cast<double>(off.cols()));
     out.Print("board: corners lie {:.3f} mm (RMS) from their layout, at most {:.3f} mm off its plane", rms,
               off.row(2).cwiseAbs().maxCoeff());
@@ -210,7 +287,7 @@ Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
   if (!call.rig_file.empty()) {
     Rig rig;
     rig.name = std::filesystem::path(call.rig_file).stem().string();
-    rig.cameras = fit.value().cameras;
+    rig.cameras = fit.cameras;
     if (auto s = WriteText(call.rig_file, RigToml(rig)); !s.ok()) return s;
     out.fields()["rig"] = call.rig_file;
     out.Print("rig: {}", call.rig_file);
@@ -236,15 +313,24 @@ Command MakeCalibrateCamerasCommand() {
       .declare =
           [call](CLI::App& app) {
             app.add_option(
-                   "--board", call->board,
-                   "chessboard:9x6:0.025 (inner corners, m), charuco:7x5:0.04:0.03:4x4_50 (squares, m, m) or "
-                   "aprilgrid:6x6:0.088:0.3:2 (tags, m, gap / side, border bits)")
-                ->required();
+                "--board", call->board,
+                "chessboard:9x6:0.025 (inner corners, m), charuco:7x5:0.04:0.03:4x4_50 (squares, m, m) or "
+                "aprilgrid:6x6:0.088:0.3:2 (tags, m, gap / side, border bits)");
             app.add_option(
-                   "--camera", call->cameras,
-                   "NAME=PICTURES: a file, folder, pattern or video; once per camera, the first is the lab's "
-                   "frame. Equal numbers in names (or frames) were taken at once")
-                ->required();
+                "--camera", call->cameras,
+                "NAME=PICTURES: a file, folder, pattern or video; once per camera, the first is the lab's "
+                "frame. Equal numbers in names (or frames) were taken at once");
+            app.add_option("--tags", call->tags,
+                           "instead of a board: recorded tags (detections.csv); --lenses has the cameras");
+            app.add_option("--tag-size", call->from_tags.border, "side of the tags' black border (m)")
+                ->check(CLI::PositiveNumber);
+            app.add_flag("--tags-move", call->from_tags.tags_move,
+                         "tags move against each other; otherwise they are fixed to each other somehow");
+            app.add_option(
+                   "--still", call->from_tags.still_px,
+                   "cameras are not triggered together: poses come from pictures whose tags move less "
+                   "than this from picture to picture (px; 0: they are)")
+                ->check(CLI::NonNegativeNumber);
             app.add_option("--model", call->model, "lens: brown (radial and tangential), equidistant, none")
                 ->check(CLI::IsMember({"brown", "equidistant", "none"}))
                 ->capture_default_str();

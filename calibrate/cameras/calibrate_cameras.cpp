@@ -34,6 +34,10 @@ Status Check(const std::vector<Camera>& cameras, const std::vector<BoardView>& v
   if (!options.lenses.empty() && options.lenses.size() != cameras.size()) {
     return bad(fmt::format("{} known lenses for {} cameras", options.lenses.size(), cameras.size()));
   }
+  if (cameras.size() == 1 && !options.lenses.empty() && !options.refine_lenses) {
+    return bad(
+        "one camera, whose lens is given, leaves nothing to fit; expected more cameras, or a lens to refine");
+  }
   for (const Camera& camera : cameras) {
     if (camera.width_px > 0 && camera.height_px > 0) continue;
     return bad(

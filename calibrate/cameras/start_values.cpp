@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -39,6 +40,28 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
+// The plane of a view's corners: a body with tags on several sides may show one side only.
+struct PlaneOfCorners {
+  Eigen::Isometry3d from_board = Eigen::Isometry3d::Identity();  // z = 0 there
+  bool is_flat = true;
+
+  explicit PlaneOfCorners(const std::vector<Eigen::Vector3d>& corners) {
+    if (std::all_of(corners.begin(), corners.end(), [](const Eigen::Vector3d& p) { return p.z() == 0; }))
+      return;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : corners) middle += p / static_cast<double>(corners.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& p : corners) spread += (p - middle) * (p - middle).transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread);  // ascending
+    constexpr double kFlat = 0.02;                                       // of the second largest extent
+    is_flat = eigen.eigenvalues()[0] < kFlat * kFlat * eigen.eigenvalues()[1];
+    Eigen::Matrix3d axes = eigen.eigenvectors().rowwise().reverse();
+    if (axes.determinant() < 0) axes.col(2) *= -1;
+    from_board.linear() = axes.transpose();
+    from_board.translation() = -axes.transpose() * middle;
+  }
+};
+
 LensPrior PriorOf(const Camera& camera) {
   const double f = camera.focal_x_px;
   const double reach = 0.5 * std::hypot(camera.width_px, camera.height_px) / f;  // of the picture's corner
@@ -63,22 +86,27 @@ LensPrior PriorOf(const Camera& camera) {
 
 std::vector<BoardPose> PosesOfBoard(const Camera& camera, const Eigen::Matrix3Xd& points,
                                     const BoardCorners& corners) {
-  std::vector<cv::Point3d> on_board;
+  std::vector<Eigen::Vector3d> on_board;
   std::vector<cv::Point2d> rays;
   for (size_t k = 0; k < corners.ids.size(); ++k) {
     const auto ray = RayOfPixel(camera, corners.pixels.col(static_cast<Eigen::Index>(k)));
     if (!ray || ray->z() < 0.05) continue;  // beyond 87 degrees a plane at z = 1 is no place for pixels
-    const Eigen::Vector3d p = points.col(corners.ids[k]);
-    on_board.emplace_back(p.x(), p.y(), 0);
+    on_board.emplace_back(points.col(corners.ids[k]));
     rays.emplace_back(ray->x() / ray->z(), ray->y() / ray->z());
   }
   std::vector<BoardPose> poses;
   if (on_board.size() < 4 || 10 * on_board.size() < 9 * corners.ids.size()) return poses;
+  const PlaneOfCorners plane(on_board);
+  std::vector<cv::Point3d> flat;
+  for (const Eigen::Vector3d& p : on_board) {
+    const Eigen::Vector3d q = plane.from_board * p;
+    flat.emplace_back(q.x(), q.y(), plane.is_flat ? 0 : q.z());
+  }
   try {
     std::vector<cv::Mat> turns;
     std::vector<cv::Mat> shifts;
-    cv::solvePnPGeneric(on_board, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turns, shifts, false,
-                        cv::SOLVEPNP_IPPE);
+    cv::solvePnPGeneric(flat, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turns, shifts, false,
+                        plane.is_flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP);
     for (size_t i = 0; i < turns.size(); ++i) {
       const Eigen::Vector3d turn(turns[i].at<double>(0), turns[i].at<double>(1), turns[i].at<double>(2));
       BoardPose pose;
@@ -88,6 +116,7 @@ std::vector<BoardPose> PosesOfBoard(const Camera& camera, const Eigen::Matrix3Xd
       }
       pose.camera_from_board.translation() << shifts[i].at<double>(0), shifts[i].at<double>(1),
           shifts[i].at<double>(2);
+      pose.camera_from_board = pose.camera_from_board * plane.from_board;
       if (!pose.camera_from_board.matrix().allFinite()) continue;
       pose.rms_px = RmsOfPose(camera, points, corners, pose.camera_from_board);
       if (std::isfinite(pose.rms_px)) poses.push_back(pose);

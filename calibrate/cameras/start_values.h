@@ -13,10 +13,14 @@ struct BoardPose {
   double rms_px = 0;
 };
 
-// Up to two poses of a flat board that explain a view, the better first; none where it has fewer than 4
-// corners or they lie on a line.
-//   points  the board's corners, z = 0   (3, corners)
-//   source  Collins and Bartoli, "Infinitesimal plane-based pose estimation", 2014 (OpenCV's IPPE)
+// Up to two poses of a board that explain a view, the better first; none where it has fewer than 4 corners or
+// they lie on a line. Where a view's corners do not lie in a plane (a body with tags on several sides) there
+// is one.
+//   points  the board's corners   (3, corners)
+//   source  Collins and Bartoli, "Infinitesimal plane-based pose estimation", 2014 (OpenCV's IPPE); Terzakis
+//   and
+//           Lourakis, "A consistently fast and globally optimal solution to the perspective-n-point problem",
+//           2020 (OpenCV's SQPNP)
 std::vector<BoardPose> PosesOfBoard(const Camera& camera, const Eigen::Matrix3Xd& points,
                                     const BoardCorners& corners);
 

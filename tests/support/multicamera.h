@@ -2,7 +2,7 @@
 // A recorded stream of tag corners from several real cameras (tagslam_test's format, SOURCE.txt), and how
 // well its tags triangulate. Shared by a test and by bench/multicamera_report.cpp.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,17 +14,16 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "calibrate/rig_from_tags.h"
+#include "calibrate/cameras/calibrate_from_tags.h"
 #include "capture/track/triangulate.h"
 
 namespace tendril::testing_support {
 
 struct TagStream {
-  std::vector<Camera> cameras;  // intrinsics; poses are not known
-  std::vector<TagView> views;   // stamp: ns
+  std::vector<Camera> cameras;      // intrinsics; poses are not known
+  std::vector<TagInPicture> views;  // stamp: ns
 };
 
 // cameras.yaml and tag_detections.csv.gz (unpacked by gzip). Empty if something is missing.
@@ -55,7 +54,7 @@ inline TagStream ReadTagStream(const std::filesystem::path& folder) {
   const std::unique_ptr<FILE, int (*)(FILE*)> in(popen(command.c_str(), "r"), pclose);
   std::array<char, 500> line;
   while (in && std::fgets(line.data(), line.size(), in.get()) != nullptr) {
-    TagView view;
+    TagInPicture view;
     long long stamp = 0;
     char topic[200];
     Eigen::Matrix<double, 2, 4>& p = view.corners_px;
@@ -93,10 +92,10 @@ struct MultiCameraReport {
 };
 
 // Triangulates every tag of `views` that two cameras or more see at once.
-inline MultiCameraReport Report(const std::vector<Camera>& cameras, const std::vector<TagView>& views,
+inline MultiCameraReport Report(const std::vector<Camera>& cameras, const std::vector<TagInPicture>& views,
                                 double border) {
-  std::map<std::int64_t, std::map<int, std::vector<const TagView*>>> by_stamp;
-  for (const TagView& view : views) by_stamp[view.stamp][view.tag].push_back(&view);
+  std::map<std::int64_t, std::map<int, std::vector<const TagInPicture*>>> by_stamp;
+  for (const TagInPicture& view : views) by_stamp[view.stamp][view.tag].push_back(&view);
   MultiCameraReport report;
   std::map<std::pair<int, int>, std::vector<double>> distances;
   for (const auto& [stamp, tags] : by_stamp) {
@@ -108,7 +107,7 @@ inline MultiCameraReport Report(const std::vector<Camera>& cameras, const std::v
       bool all = true;
       for (int i = 0; i < 4 && all; ++i) {
         std::vector<Sighting> sightings;
-        for (const TagView* view : seen_by) sightings.push_back({view->camera, view->corners_px.col(i)});
+        for (const TagInPicture* view : seen_by) sightings.push_back({view->camera, view->corners_px.col(i)});
         const auto point = Triangulate(cameras, sightings);
         all = point.has_value();
         if (!all) break;
@@ -146,59 +145,65 @@ inline MultiCameraReport Report(const std::vector<Camera>& cameras, const std::v
   return report;
 }
 
-// A view with the velocity of its corners, from the same camera's pictures just before and after.
-struct MovingView {
-  TagView view;
-  Eigen::Matrix<double, 2, 4> velocity;  // px/s
-  double px_per_frame = 0;               // mean over the corners
-};
-
-inline std::vector<MovingView> Moving(const std::vector<TagView>& views) {
-  std::map<std::tuple<int, int, std::int64_t>, const TagView*> at;
-  std::set<std::int64_t> stamps;
-  for (const TagView& view : views) {
-    at[{view.camera, view.tag, view.stamp}] = &view;
-    stamps.insert(view.stamp);
-  }
-  std::vector<MovingView> moving;
-  for (const TagView& view : views) {
-    const auto here = stamps.find(view.stamp);
-    if (here == stamps.begin() || std::next(here) == stamps.end()) continue;
-    const std::int64_t before = *std::prev(here);
-    const std::int64_t after = *std::next(here);
-    if (after - before > 80'000'000) continue;  // pictures are missing between
-    const auto a = at.find({view.camera, view.tag, before});
-    const auto b = at.find({view.camera, view.tag, after});
-    if (a == at.end() || b == at.end()) continue;
-    MovingView m{
-        view, (b->second->corners_px - a->second->corners_px) / (1e-9 * static_cast<double>(after - before)),
-        0};
-    m.px_per_frame = m.velocity.colwise().norm().mean() * 0.5e-9 * static_cast<double>(after - before);
-    moving.push_back(m);
-  }
-  return moving;
-}
-
 // The views whose corners move by less than `fastest` and at least `slowest` px from picture to picture.
-inline std::vector<TagView> Between(const std::vector<MovingView>& moving, double slowest, double fastest) {
-  std::vector<TagView> some;
-  for (const MovingView& m : moving) {
-    if (m.px_per_frame >= slowest && m.px_per_frame < fastest) some.push_back(m.view);
+inline std::vector<TagInPicture> Between(const std::vector<MovingTag>& moving, double slowest,
+                                         double fastest) {
+  std::vector<TagInPicture> some;
+  for (const MovingTag& m : moving) {
+    if (m.px_per_picture >= slowest && m.px_per_picture < fastest) some.push_back(m.seen);
   }
   return some;
 }
 
 // Every second stamp, by rank: the rig is fitted to the even ones, the odd ones are new to it.
-inline std::vector<TagView> Half(const std::vector<TagView>& views, int parity) {
+inline std::vector<TagInPicture> Half(const std::vector<TagInPicture>& views, int parity) {
   std::set<std::int64_t> stamps;
-  for (const TagView& view : views) stamps.insert(view.stamp);
+  for (const TagInPicture& view : views) stamps.insert(view.stamp);
   std::map<std::int64_t, int> rank;
   for (const std::int64_t stamp : stamps) rank.emplace(stamp, static_cast<int>(rank.size()));
-  std::vector<TagView> half;
-  for (const TagView& view : views) {
+  std::vector<TagInPicture> half;
+  for (const TagInPicture& view : views) {
     if (rank[view.stamp] % 2 == parity) half.push_back(view);
   }
   return half;
+}
+
+// How far two answers about one camera are apart.
+struct PoseOff {
+  double metres = 0;
+  double degrees = 0;
+};
+inline PoseOff PoseDifference(const Camera& a, const Camera& b) {
+  const Eigen::Isometry3d lab_from_a = a.camera_from_lab.inverse();
+  const Eigen::Isometry3d lab_from_b = b.camera_from_lab.inverse();
+  return {(lab_from_a.translation() - lab_from_b.translation()).norm(),
+          Eigen::AngleAxisd(lab_from_a.linear().transpose() * lab_from_b.linear()).angle() * 180 / M_PI};
+}
+
+// Centres of a sheet's tags 0 .. 34, five to a row, against the regular grid that fits them best.
+struct GridOff {
+  double pitch = 0;         // m
+  double in_plane_rms = 0;  // of a centre, in x and y, m
+  double off_plane_rms = 0;
+};
+inline GridOff CompareWithGrid(const TagBody& body) {
+  const auto n = static_cast<Eigen::Index>(body.tags.size());
+  Eigen::Matrix3Xd seen(3, n);
+  Eigen::Matrix3Xd grid(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int tag = body.tags[static_cast<size_t>(i)];
+    seen.col(i) = body.points.middleCols<4>(4 * i).rowwise().mean();
+    grid.col(i) = Eigen::Vector3d(tag % 5, -(tag / 5), 0);
+  }
+  const Eigen::Matrix4d fit = Eigen::umeyama(grid, seen, true);
+  GridOff off;
+  off.pitch = std::cbrt(fit.topLeftCorner<3, 3>().determinant());
+  const Eigen::Matrix3Xd left =
+      fit.topLeftCorner<3, 3>().transpose() / off.pitch *
+      (seen - ((fit.topLeftCorner<3, 3>() * grid).colwise() + fit.topRightCorner<3, 1>()));
+  off.in_plane_rms = std::sqrt(left.topRows<2>().squaredNorm() / static_cast<double>(n));
+  off.off_plane_rms = std::sqrt(left.row(2).squaredNorm() / static_cast<double>(n));
+  return off;
 }
 
 }  // namespace tendril::testing_support
