@@ -1,6 +1,7 @@
-// What tracking makes of tags that motion, glare or a cable spoils (drawn films, seeds 20001 and up). The bounds
-// notice when it gets worse; they are no claim: a film's five pictures err together, and the cable's bound was
-// widened from 0.04 after 5 of these 120 pictures were wrong. docs/detection.md has the rates of 100 films.
+// What tracking makes of tags that motion, glare or a cable spoils (drawn films, seeds 20001 and up). The
+// bounds notice when it gets worse; they are no claim: a film's five pictures err together, and the cable's
+// bound was widened from 0.04 after 5 of these 120 pictures were wrong. docs/detection.md has the rates of
+// 100 films.
 #include <gtest/gtest.h>
 
 #include "capture/track/tag_tracker.h"
