@@ -116,6 +116,13 @@ Started Start(const GrayImage& image, const TagLook& look, const Corners& corner
   return s;
 }
 
+// What no pixel's noise explains, of a corner in x and y: blur that is not normal, the table's steps; and
+// where the residual is larger than a sensor's noise makes it (smear, glare, something before the tag), how
+// far it may have drawn a corner.
+constexpr double kFloor = 0.01;          // px
+constexpr double kNoiseResidual = 0.03;  // of the contrast
+constexpr double kPerResidual = 6;       // px per contrast
+
 TagFit Settle(Started& started, Problem& problem, const TagFitOptions& options) {
   TagFit& fit = started.fit;
   Unknowns& x = started.x;
@@ -186,6 +193,8 @@ TagFit Settle(Started& started, Problem& problem, const TagFitOptions& options) 
   }
   const Normals inverse = normals.ldlt().solve(Normals::Identity());
   fit.covariance = variance * by * inverse.topLeftCorner<8, 8>() * by.transpose();
+  const double hidden = kPerResidual * std::max(0.0, fit.residual - kNoiseResidual);
+  fit.covariance.diagonal().array() += kFloor * kFloor + hidden * hidden;
   return fit;
 }
 

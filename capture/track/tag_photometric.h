@@ -16,7 +16,7 @@ struct TagFitOptions {
   double blur_spread = 0.25;  // how far blur is expected from there, as its logarithm's standard deviation
   double largest_shift_px = 4;
   double least_contrast = 20;      // gray levels
-  double largest_residual = 0.12;  // root mean square, of the contrast
+  double largest_residual = 0.08;  // root mean square, of the contrast
   int most_iterations = 20;
   double settled_gain = 0.02;  // where what is left to gain is less, in units of the residual's variance
 };
@@ -37,7 +37,8 @@ const char* NameOf(TagFitFault fault);
 struct TagFit {
   TagFitFault fault = TagFitFault::kNone;
   Eigen::Matrix<double, 2, 4> corners_px = Eigen::Matrix<double, 2, 4>::Zero();  // in the detector's order
-  // Of (x, y) of one corner after the other, px^2; from the residual, pixels taken as independent.
+  // Of (x, y) of one corner after the other, px^2; from the residual, pixels taken as independent, and what a
+  // residual beyond a sensor's noise may hide.
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();
   double white = 0, black = 0, surround = 0;  // gray levels
   double blur_px = 0;

@@ -205,14 +205,14 @@ TEST(RealTagStream, FourMovingCamerasAreLinkedAndTheirLensesImproved) {
   TENDRIL_SKIP_WITHOUT(folder);
   const auto stream = testing_support::ReadTagStream(folder);
   ASSERT_EQ(stream.cameras.size(), 4u);
-  const auto slow = testing_support::Between(testing_support::Moving(stream.views), 0, 2.5);
+  const auto slow = testing_support::Between(MotionOf(stream.views), 0, 2.5);
   const Eigen::Matrix3Xd corners = TagCorners3d(0.125);  // tagslam.yaml
   std::vector<BoardView> halves[2];
   for (const int half : {0, 1}) {
     std::map<std::pair<std::int64_t, int>, int> seen_by;
     const auto tags = testing_support::Half(slow, half);
-    for (const TagView& tag : tags) ++seen_by[{tag.stamp, tag.tag}];
-    for (const TagView& tag : tags) {
+    for (const TagInPicture& tag : tags) ++seen_by[{tag.stamp, tag.tag}];
+    for (const TagInPicture& tag : tags) {
       if (seen_by[{tag.stamp, tag.tag}] < 2) continue;
       halves[half].push_back({tag.stamp, tag.tag, tag.camera, {{0, 1, 2, 3}, tag.corners_px}});
     }
