@@ -112,8 +112,10 @@ TEST(RealPhotographs, PupilPicturesShowTheirTags) {
                                              {"test_image_multiple_05.png", 4}};
   for (const auto& [name, count] : ids) {
     std::set<int> seen;
-    for (const TagDetection& tag : DetectIn(folder / name, {})) seen.insert(tag.id);
+    const auto tags = DetectIn(folder / name, {});
+    for (const TagDetection& tag : tags) seen.insert(tag.id);
     EXPECT_EQ(seen.size(), count) << name;
+    EXPECT_EQ(tags.size(), count) << name;
   }
 }
 
