@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
 
 #include "capture/rig/camera_model.h"
@@ -22,6 +21,13 @@ class BoardPrint {
   explicit BoardPrint(const Board& board) : board_(board) {
     if (board.kind != BoardKind::kAprilGrid) return;
     for (int i = 0; i < board.columns * board.rows; ++i) tags_.push_back(PatternOf("tag36h11", i).value());
+  }
+
+  // Whether the print is surely one colour within (dx, dy) of a place.
+  bool IsPlain(double x, double y, double dx, double dy) const {
+    if (board_.kind != BoardKind::kChessboard) return false;
+    const double s = board_.square;
+    return std::abs(x / s - std::round(x / s)) * s > dx && std::abs(y / s - std::round(y / s)) * s > dy;
   }
 
   double At(double x, double y) const {
@@ -64,10 +70,27 @@ class BoardPrint {
   std::vector<TagPattern> tags_;
 };
 
+// The rays of a camera's pixels, for many pictures of one camera; NaN where there is none.
+struct RayTable {
+  int width = 0;
+  Eigen::Matrix3Xd rays;  // row by row
+
+  explicit RayTable(const Camera& camera)
+      : width(camera.width_px), rays(3, static_cast<Eigen::Index>(camera.width_px) * camera.height_px) {
+    for (Eigen::Index i = 0; i < rays.cols(); ++i) {
+      const auto ray =
+          RayOfPixel(camera, Eigen::Vector2d(static_cast<double>(i % width), static_cast<double>(i / width)));
+      rays.col(i) = ray ? *ray : Eigen::Vector3d::Constant(NAN);
+    }
+  }
+};
+
 // What the camera sees of the board, from samples x samples rays per pixel; then blur (px) and noise
 // (levels).
+//   table  of this camera; it saves time
 inline Picture RenderBoard(const Camera& camera, const Eigen::Isometry3d& lab_from_board, const Board& board,
-                           double blur_px, double noise, std::mt19937& random, int samples = 5) {
+                           double blur_px, double noise, std::mt19937& random, int samples = 5,
+                           const RayTable* table = nullptr) {
   const BoardPrint print(board);
   const Eigen::Isometry3d board_from_camera = (camera.camera_from_lab * lab_from_board).inverse();
   Picture picture(camera.width_px, camera.height_px, 90);
@@ -98,36 +121,58 @@ inline Picture RenderBoard(const Camera& camera, const Eigen::Isometry3d& lab_fr
   }
   first = first.max(0);
   last = last.min(Eigen::Array2d(camera.width_px - 1, camera.height_px - 1));
-  for (int v = static_cast<int>(first.y()); v <= last.y(); ++v) {
-    for (int u = static_cast<int>(first.x()); u <= last.x(); ++u) {
+  const int left = static_cast<int>(first.x());
+  const int top = static_cast<int>(first.y());
+  const int across = std::max(0, static_cast<int>(last.x()) - left + 1);
+  const int down = std::max(0, static_cast<int>(last.y()) - top + 1);
+  Eigen::Matrix2Xd places(2, static_cast<Eigen::Index>(across) * down);  // on the board, of pixels' middles
+  for (Eigen::Index i = 0; i < places.cols(); ++i) {
+    const auto u = left + i % across;
+    const auto v = top + i / across;
+    Eigen::Vector3d ray = Eigen::Vector3d::Constant(NAN);
+    if (table != nullptr) {
+      ray = table->rays.col(v * table->width + u);
+    } else if (const auto found =
+                   RayOfPixel(camera, Eigen::Vector2d(static_cast<double>(u), static_cast<double>(v)))) {
+      ray = *found;
+    }
+    const Eigen::Vector3d along = board_from_camera.linear() * ray;
+    const double t = -board_from_camera.translation().z() / along.z();
+    places.col(i) = (board_from_camera.translation() + (t > 0 ? t : NAN) * along).head<2>();
+  }
+  const auto place = [&](int u, int v) {
+    return Eigen::Vector2d(places.col(static_cast<Eigen::Index>(v) * across + u));
+  };
+  for (int v = 0; v < down; ++v) {
+    for (int u = 0; u < across; ++u) {
+      const Eigen::Vector2d middle = place(u, v);
       // The middle ray decides whether the board is near; the lens bends little within one pixel.
+      if (!middle.allFinite() || print.At(middle.x(), middle.y()) < 0) continue;
+      const int u0 = std::max(0, u - 1);
+      const int u1 = std::min(across - 1, u + 1);
+      const int v0 = std::max(0, v - 1);
+      const int v1 = std::min(down - 1, v + 1);
+      const Eigen::Vector2d du = (place(u1, v) - place(u0, v)) / std::max(1, u1 - u0);
+      const Eigen::Vector2d dv = (place(u, v1) - place(u, v0)) / std::max(1, v1 - v0);
+      if (!du.allFinite() || !dv.allFinite()) continue;
+      const Eigen::Vector2d reach = 0.5 * (du.cwiseAbs() + dv.cwiseAbs());
+      if (print.IsPlain(middle.x(), middle.y(), reach.x(), reach.y())) {
+        picture.At(left + u, top + v) = 40 + 170 * print.At(middle.x(), middle.y());
+        continue;
+      }
       double sum = 0;
-      const auto place = [&](double x, double y) -> std::optional<Eigen::Vector2d> {
-        const auto ray = RayOfPixel(camera, Eigen::Vector2d(x, y));
-        if (!ray) return std::nullopt;
-        const Eigen::Vector3d along = board_from_camera.linear() * *ray;
-        const double t = -board_from_camera.translation().z() / along.z();
-        if (!(t > 0)) return std::nullopt;
-        return Eigen::Vector2d((board_from_camera.translation() + t * along).head<2>());
-      };
-      const auto middle = place(u, v);
-      if (!middle || print.At(middle->x(), middle->y()) < 0) continue;
-      const auto beside = place(u + 0.5, v);
-      const auto below = place(u, v + 0.5);
-      if (!beside || !below) continue;
-      const Eigen::Vector2d du = 2 * (*beside - *middle);
-      const Eigen::Vector2d dv = 2 * (*below - *middle);
       for (int i = 0; i < samples * samples; ++i) {
         const double a = (i % samples + 0.5) / samples - 0.5;
         const double b = (i / samples + 0.5) / samples - 0.5;
-        const Eigen::Vector2d at = *middle + a * du + b * dv;
+        const Eigen::Vector2d at = middle + a * du + b * dv;
         const double white = print.At(at.x(), at.y());
         sum += white < 0 ? 90 : 40 + 170 * white;
       }
-      picture.At(u, v) = sum / (samples * samples);
+      picture.At(left + u, top + v) = sum / (samples * samples);
     }
   }
-  if (blur_px > 0) Blur(picture, blur_px);
+  if (blur_px > 0 && across > 0 && down > 0)
+    Blur(picture, blur_px, left, top, left + across - 1, top + down - 1);
   if (noise > 0) AddNoise(picture, noise, random);
   return picture;
 }

@@ -76,23 +76,32 @@ inline void DrawTag(Picture& picture, const TagPattern& pattern, int border_widt
   }
 }
 
-inline void Blur(Picture& picture, double sigma) {
+// Within columns left .. right and rows top .. bottom of a picture that is even beyond them; all by default.
+inline void Blur(Picture& picture, double sigma, int left = 0, int top = 0, int right = 1 << 30,
+                 int bottom = 1 << 30) {
   const int reach = static_cast<int>(std::ceil(4 * sigma));
+  left = std::max(0, left - reach);
+  top = std::max(0, top - reach);
+  right = std::min(picture.width - 1, right < (1 << 30) ? right + reach : right);
+  bottom = std::min(picture.height - 1, bottom < (1 << 30) ? bottom + reach : bottom);
   std::vector<double> weight;
-  for (int i = -reach; i <= reach; ++i) weight.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+  double total = 0;
+  for (int i = -reach; i <= reach; ++i) {
+    weight.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    total += weight.back();
+  }
+  for (double& w : weight) w /= total;
   for (const bool across : {true, false}) {
     Picture out = picture;
-    for (int v = 0; v < picture.height; ++v) {
-      for (int u = 0; u < picture.width; ++u) {
+    for (int v = top; v <= bottom; ++v) {
+      for (int u = left; u <= right; ++u) {
         double sum = 0;
-        double total = 0;
         for (int i = -reach; i <= reach; ++i) {
-          const int x = std::clamp(across ? u + i : u, 0, picture.width - 1);
-          const int y = std::clamp(across ? v : v + i, 0, picture.height - 1);
+          const int x = across ? std::clamp(u + i, 0, picture.width - 1) : u;
+          const int y = across ? v : std::clamp(v + i, 0, picture.height - 1);
           sum += weight[static_cast<size_t>(i + reach)] * picture.At(x, y);
-          total += weight[static_cast<size_t>(i + reach)];
         }
-        out.At(u, v) = sum / total;
+        out.At(u, v) = sum;
       }
     }
     picture = out;
