@@ -353,6 +353,8 @@ Command MakeCalibrateCamerasCommand() {
                            "of the intervals, as a fraction (0 to 1)")
                 ->check(CLI::Range(0.5, 0.9999))
                 ->capture_default_str();
+            app.add_flag("--independent-corners", call->options.independent_corners,
+                         "standard errors as if no two corners of a moment erred together");
             app.add_option("--out", call->rig_file, "write the rig (TOML)");
             app.add_option("--report", call->map_file, "draw how sure each camera's projection is (PNG)");
           },

@@ -79,16 +79,26 @@ int IntrinsicsOf(Distortion distortion);
 // (Brown's k1, k2, p1, p2, k3); for each but camera 0: its position (m) and a small turn about the lab's axes
 // (rad).
 struct BundleCovariance {
-  Eigen::MatrixXd covariance;  // infinite on the diagonal: the data do not determine it
-  double variance_factor = 0;  // of the residuals / sigma_px: 1 where those are right
-  double degrees_of_freedom = 0;
+  // Corners of one moment may err together (a board that bends, a lens that the model does not meet): from
+  // the scatter of what moments say. Infinite on the diagonal: the data do not determine it.
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd degrees_of_freedom;      // of each parameter's standard error
+  Eigen::MatrixXd independent_covariance;  // if all corners erred on their own
+  double independent_degrees_of_freedom = 0;
+  double variance_factor = 0;               // of the residuals / sigma_px: 1 where those are right
   std::vector<Eigen::Index> intrinsics_at;  // by camera
   std::vector<Eigen::Index> pose_at;        // by camera; -1: fixed
 };
 
-// From the Jacobian at the fit, boards' poses eliminated by Schur complement, residual variance and loss of
-// efficiency by the robust loss as Huber has them.
-//   source  Huber, "Robust Statistics", 1981, 7.6: cov = [sum psi^2 / (n - p)] / [mean psi']^2 (J^T J)^-1
+// From the Jacobian at the fit, boards' poses eliminated by Schur complement. Moments (stamps) are the
+// clusters of a sandwich with the correction for few of them, CR2, which is exact for independent corners;
+// with more than 300 parameters (corrected boards of many corners) the simpler CR1, as moments are many
+// there.
+//   source  Bell and McCaffrey, "Bias reduction in standard errors for linear regression with multi-stage
+//   samples",
+//           2002; Pustejovsky and Tipton, "Small-sample methods for cluster-robust variance estimation",
+//           2018. independent: Huber, "Robust Statistics", 1981, 7.6: cov = [sum psi^2 / (n - p)] / [mean
+//           psi']^2 (J^T J)^-1
 BundleCovariance CovarianceOf(const Bundle& bundle, const BundleOptions& options);
 
 // Root mean square distance (px) of seen to projected corners, by camera and of all; NaN where none were

@@ -166,7 +166,8 @@ Status CrossValidate(const Bundle& fitted, const CalibrateCamerasOptions& option
   double ratio2 = 0;
   double known = 0;
   for (Eigen::Index i = 0; i < mean.size(); ++i) {
-    const double variance = answer.covariance.covariance(i, i);
+    const double variance = (options.independent_corners ? answer.covariance.independent_covariance
+                                                         : answer.covariance.covariance)(i, i);
     if (!std::isfinite(variance) || !(variance > 0)) continue;
     double scatter = 0;
     for (const Eigen::VectorXd& d : differences) scatter += std::pow(d[i] - mean[i], 2);
@@ -182,15 +183,20 @@ void Report(const Bundle& bundle, const CalibrateCamerasOptions& options, Camera
   answer.rms_px = rms.all_px;
   answer.corners = rms.corners;
   answer.reports.resize(bundle.cameras.size());
-  const double dof = answer.covariance.degrees_of_freedom;
-  const double t = dof > 0 ? StudentTQuantile(0.5 + 0.5 * options.confidence, dof) : kNotKnown;
+  const bool independent = options.independent_corners;
+  const Eigen::MatrixXd& covariance =
+      independent ? answer.covariance.independent_covariance : answer.covariance.covariance;
   for (size_t c = 0; c < bundle.cameras.size(); ++c) {
     const Camera& camera = bundle.cameras[c];
     CalibratedCamera& report = answer.reports[c];
     report.rms_px = rms.by_camera_px[c];
     report.sigma_px = bundle.sigma_px[c];
     const auto add = [&](const std::string& name, double value, Eigen::Index at) {
-      const double error = at < 0 ? 0 : std::sqrt(answer.covariance.covariance(at, at));
+      const double error = at < 0 ? 0 : std::sqrt(covariance(at, at));
+      const double dof = at < 0        ? 1
+                         : independent ? answer.covariance.independent_degrees_of_freedom
+                                       : answer.covariance.degrees_of_freedom[at];
+      const double t = dof > 0 ? StudentTQuantile(0.5 + 0.5 * options.confidence, dof) : kNotKnown;
       report.parameters.push_back({name, value, error, value - t * error, value + t * error});
     };
     const int lens = IntrinsicsOf(camera.distortion);
@@ -207,8 +213,8 @@ void Report(const Bundle& bundle, const CalibrateCamerasOptions& options, Camera
       add((camera.distortion == Distortion::kBrown ? brown : fisheye)[i - 4],
           camera.coefficients[static_cast<size_t>(i - 4)], place(i));
     }
-    report.lens_covariance = fitted ? Eigen::MatrixXd(answer.covariance.covariance.block(at, at, lens, lens))
-                                    : Eigen::MatrixXd::Zero(lens, lens);
+    report.lens_covariance =
+        fitted ? Eigen::MatrixXd(covariance.block(at, at, lens, lens)) : Eigen::MatrixXd::Zero(lens, lens);
     if (answer.covariance.pose_at[c] < 0) continue;
     const Eigen::Isometry3d lab_from_camera = camera.camera_from_lab.inverse();
     const Eigen::AngleAxisd turn(lab_from_camera.linear());

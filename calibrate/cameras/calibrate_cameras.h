@@ -19,6 +19,8 @@ struct CalibrateCamerasOptions {
   double outlier = 3;        // sigmas beyond which a corner counts less
   int folds = 5;             // of the cross-validation, over stamps; below 2: none
   double confidence = 0.95;  // of the intervals
+  // Standard errors as if no two corners erred together; else moments are what is independent.
+  bool independent_corners = false;
   // Known intrinsics, by camera: they stay and only poses are fitted; empty: all are fitted.
   std::vector<Camera> lenses = {};
   bool refine_lenses = false;  // `lenses` are where their fit starts: views of four corners then suffice
@@ -55,7 +57,7 @@ struct CameraCalibration {
   int down_weighted = 0;  // corners beyond `outlier`
   BundleCovariance covariance;
   // How much refits without one fold scatter (jackknife), over what the standard errors promise, root mean
-  // square over all parameters: near 1 where residuals are independent; NaN: no cross-validation.
+  // square over all parameters: near 1 where those hold; NaN: no cross-validation.
   double refit_ratio = 0;
   int folds_used = 0;  // those without which every camera can still be fitted
   bool converged = false;
