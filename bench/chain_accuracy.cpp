@@ -15,8 +15,8 @@ namespace {
 
 using testing_support::CamerasAround;
 using testing_support::MakeTruth;
-using testing_support::Picture;
 using testing_support::Truth;
+using testing_support::Visibility;
 
 struct Sum {
   double squares = 0;
@@ -34,7 +34,7 @@ struct Sum {
   double chi() const { return nodes > 0 ? normalised / nodes : 0; }
 };
 
-void Row(const char* name, const TentacleDesign& design, int cameras, const Picture& picture, int draws) {
+void Row(const char* name, const TentacleDesign& design, int cameras, const Visibility& picture, int draws) {
   const std::vector<Camera> rig = CamerasAround(cameras);
   Sum seen;
   Sum bridged;

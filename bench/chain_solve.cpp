@@ -14,10 +14,10 @@ namespace {
 
 using testing_support::CamerasAround;
 using testing_support::MakeTruth;
-using testing_support::Picture;
 using testing_support::Truth;
+using testing_support::Visibility;
 
-void SolveOneFrame(benchmark::State& state, const Picture& picture, bool follows) {
+void SolveOneFrame(benchmark::State& state, const Visibility& picture, bool follows) {
   const std::vector<Camera> rig = CamerasAround(static_cast<int>(state.range(0)));
   std::vector<Truth> truths;
   for (int draw = 0; draw < 16; ++draw) {
@@ -47,23 +47,23 @@ void SolveOneFrame(benchmark::State& state, const Picture& picture, bool follows
   state.counters["steps"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
 }
 
-BENCHMARK_CAPTURE(SolveOneFrame, all_tags, Picture{}, false)
+BENCHMARK_CAPTURE(SolveOneFrame, all_tags, Visibility{}, false)
     ->Arg(1)
     ->Arg(2)
     ->Arg(4)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(SolveOneFrame, few_tags, Picture{.kept = 0.3}, false)
+BENCHMARK_CAPTURE(SolveOneFrame, few_tags, Visibility{.kept = 0.3}, false)
     ->Arg(2)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(SolveOneFrame, outliers, Picture{.outliers = 0.05}, false)
+BENCHMARK_CAPTURE(SolveOneFrame, outliers, Visibility{.outliers = 0.05}, false)
     ->Arg(2)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(SolveOneFrame, following, Picture{}, true)
+BENCHMARK_CAPTURE(SolveOneFrame, following, Visibility{}, true)
     ->Arg(1)
     ->Arg(2)
     ->Arg(4)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(SolveOneFrame, following_outliers, Picture{.outliers = 0.05}, true)
+BENCHMARK_CAPTURE(SolveOneFrame, following_outliers, Visibility{.outliers = 0.05}, true)
     ->Arg(2)
     ->Arg(4)
     ->Unit(benchmark::kMillisecond);

@@ -8,6 +8,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,11 @@ class Output {
   bool json_lines_ = false;
   nlohmann::ordered_json fields_ = nlohmann::ordered_json::object();
 };
+
+// JSON has no NaN: what is not known is null.
+inline nlohmann::ordered_json NumberOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
 
 // Whether Ctrl-C (SIGINT) or SIGTERM arrived; long commands end at the next safe point.
 bool StopRequested();

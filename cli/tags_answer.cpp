@@ -11,30 +11,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-nlohmann::ordered_json Number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-const char* NameOfSides(TagSides sides) {
-  return sides == TagSides::kBoth ? "both" : sides == TagSides::kOuter ? "outer" : "inner";
-}
-
 std::vector<std::string> UseNames() {
   std::vector<std::string> names;
   for (int i = 0; i < 6; ++i) names.push_back(NameOf(static_cast<TagUse>(i)));
   return names;
-}
-
-double SmallestFootprint(const TagLayout& layout) {
-  double smallest = layout.tags.front().footprint;
-  for (const TagPlace& tag : layout.tags) smallest = std::min(smallest, tag.footprint);
-  return smallest;
-}
-
-double LargestFootprint(const TagLayout& layout) {
-  double largest = 0;
-  for (const TagPlace& tag : layout.tags) largest = std::max(largest, tag.footprint);
-  return largest;
 }
 
 int Modules(const TagAnswer& answer) { return FamilyOf(answer.layout.family).value().total_width; }
@@ -130,16 +110,17 @@ void PrintCameras(const TagAnswer& answer, Output& out) {
               fmt::format("{:.3f} .. {:.3f}", 1e3 * camera.nearest_m_per_px, 1e3 * camera.farthest_m_per_px),
               fmt::format("{:.2f} .. {:.2f}", camera.least_module_px, camera.largest_module_px), use[0],
               use[1], use[2], counts);
-    list.push_back({{"name", camera.name},
-                    {"nearest_mm_per_px", Number(1e3 * camera.nearest_m_per_px)},
-                    {"farthest_mm_per_px", Number(1e3 * camera.farthest_m_per_px)},
-                    {"least_px_per_module", Number(camera.least_module_px)},
-                    {"largest_px_per_module", Number(camera.largest_module_px)},
-                    {"px_per_module_at_45_deg", Number(camera.least_module_px * std::cos(45 * kDegree))},
-                    {"use_frontal", use[0]},
-                    {"use_at_45_deg", use[1]},
-                    {"use_at_60_deg", use[2]},
-                    {"tags", count}});
+    list.push_back(
+        {{"name", camera.name},
+         {"nearest_mm_per_px", NumberOrNull(1e3 * camera.nearest_m_per_px)},
+         {"farthest_mm_per_px", NumberOrNull(1e3 * camera.farthest_m_per_px)},
+         {"least_px_per_module", NumberOrNull(camera.least_module_px)},
+         {"largest_px_per_module", NumberOrNull(camera.largest_module_px)},
+         {"px_per_module_at_45_deg", NumberOrNull(camera.least_module_px * std::cos(45 * kDegree))},
+         {"use_frontal", use[0]},
+         {"use_at_45_deg", use[1]},
+         {"use_at_60_deg", use[2]},
+         {"tags", count}});
   }
   out.Print(
       "(px per module as if seen frontally, of the smallest and largest tag; uses of the smallest. decoded: "
@@ -149,13 +130,13 @@ void PrintCameras(const TagAnswer& answer, Output& out) {
       "counted on)");
   out.fields()["widest_angle_deg"] = answer.sight->widest_angle / kDegree;
   auto& views = out.fields()["views"] = nlohmann::ordered_json::array();
-  for (const TagView& view : answer.sight->views) {
+  for (const TagOutlook& view : answer.sight->views) {
     views.push_back({{"id", answer.layout.tags[view.tag].id},
                      {"camera", answer.sight->cameras[view.camera].name},
                      {"use", NameOf(view.use)},
                      {"tilt_deg", view.tilt / kDegree},
-                     {"px_per_module", Number(view.module_px)},
-                     {"least_px_per_module", Number(view.least_module_px)}});
+                     {"px_per_module", NumberOrNull(view.module_px)},
+                     {"least_px_per_module", NumberOrNull(view.least_module_px)}});
   }
 }
 
@@ -166,18 +147,18 @@ void PrintAlternatives(const TagAnswer& answer, Output& out) {
   auto& list = out.fields()["alternatives"] = nlohmann::ordered_json::array();
   for (const TagAlternative& other : answer.alternatives) {
     const bool chosen = other.every == answer.options.every && other.sides == answer.options.sides;
-    out.Print("{:<8} {:<6} {:>6} {:>10.1f} %  {}{}", other.every, NameOfSides(other.sides), other.tags,
+    out.Print("{:<8} {:<6} {:>6} {:>10.1f} %  {}{}", other.every, NameOf(other.sides), other.tags,
               100 * other.mass_share,
               answer.sight
                   ? fmt::format("{:.0f} % ({:.0f} %)", 100 * other.facets_seen, 100 * other.facets_twice)
                   : "",
               chosen ? "  <- this layout" : "");
     list.push_back({{"every", other.every},
-                    {"sides", NameOfSides(other.sides)},
+                    {"sides", NameOf(other.sides)},
                     {"tags", other.tags},
                     {"mass_share", other.mass_share},
-                    {"facets_seen", Number(other.facets_seen)},
-                    {"facets_seen_twice", Number(other.facets_twice)}});
+                    {"facets_seen", NumberOrNull(other.facets_seen)},
+                    {"facets_seen_twice", NumberOrNull(other.facets_twice)}});
   }
 }
 
@@ -227,10 +208,12 @@ void PrintTagAnswer(const TagAnswer& answer, Output& out) {
   PrintWeight(answer, out);
   PrintFamily(answer, out);
   if (!answer.options.over_hole) {
+    const TagFamily holed = FamilyOf("tagCustom48h12").value();
+    const double void_share = static_cast<double>(holed.void_width) / holed.total_width;
     int larger = 0;
     double over = 1e9;
     for (const FacetRoom& room : answer.rooms) {
-      if (0.2 * room.largest_over < answer.design.hole_diameter ||
+      if (void_share * room.largest_over < answer.design.hole_diameter ||
           room.largest_over < 1.25 * room.largest_beside)
         continue;
       ++larger;

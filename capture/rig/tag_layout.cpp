@@ -153,6 +153,17 @@ const TagPlace* TagLayout::Find(int id) const {
   return at != tags.end() && at->id == id ? &*at : nullptr;
 }
 
+double SmallestFootprint(const TagLayout& layout) {
+  double smallest = layout.tags.front().footprint;
+  for (const TagPlace& tag : layout.tags) smallest = std::min(smallest, tag.footprint);
+  return smallest;
+}
+double LargestFootprint(const TagLayout& layout) {
+  double largest = 0;
+  for (const TagPlace& tag : layout.tags) largest = std::max(largest, tag.footprint);
+  return largest;
+}
+
 Result<TagLayout> LayOutTags(const TentacleDesign& design, const Gripper& gripper,
                              const TagLayoutOptions& options) {
   if (auto s = CheckOptions(options); !s.ok()) return s.error();

@@ -55,6 +55,9 @@ struct TagLayout {
 
   const TagPlace* Find(int id) const;
 };
+// Of a layout with a tag, m.
+double SmallestFootprint(const TagLayout& layout);
+double LargestFootprint(const TagLayout& layout);
 
 // Tags on the facets and sides asked for, where one fits. Ids ascend over tentacle, facet, side (outer,
 // inner).

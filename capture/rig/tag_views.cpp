@@ -75,8 +75,8 @@ std::optional<Eigen::Matrix2d> PxPerMetre(const Camera& camera, const Eigen::Vec
   return slope;
 }
 
-TagView ViewOf(const Camera& camera, const Glued& tag, double module, int modules) {
-  TagView view;
+TagOutlook ViewOf(const Camera& camera, const Glued& tag, double module, int modules) {
+  TagOutlook view;
   const Eigen::Vector3d eye = camera.camera_from_lab.inverse().translation();
   const Eigen::Vector3d ray = (tag.center - eye).normalized();
   const Eigen::Vector3d side = ray.unitOrthogonal();
@@ -113,7 +113,7 @@ double WidestAngle(const Rig& rig, const Eigen::Vector3d& middle) {
   return widest;
 }
 
-void Count(const TagView& view, CameraSight& sight) {
+void Count(const TagOutlook& view, CameraSight& sight) {
   ++sight.count[static_cast<size_t>(view.use)];
   if (!(view.m_per_px > 0)) return;
   sight.nearest_m_per_px = std::fmin(sight.nearest_m_per_px, view.m_per_px);
@@ -176,7 +176,7 @@ Result<TagSight> SeeTags(const TentacleDesign& design, const Gripper& gripper, c
     }
     FacetSight& facet = sight.facets.back();
     for (size_t c = 0; c < rig.cameras.size(); ++c) {
-      TagView view = ViewOf(rig.cameras[c], glued, tag.footprint / modules, modules);
+      TagOutlook view = ViewOf(rig.cameras[c], glued, tag.footprint / modules, modules);
       view.tag = t;
       view.camera = c;
       if (view.use <= TagUse::kUnsure) {

@@ -32,7 +32,8 @@ std::string NameOf(TagUse use);  // "decoded", "tracked", "unsure", "hidden", "t
 double DecodeLimitPx(double tilt);
 TagUse UseOf(double module_px, int modules, double tilt);
 
-struct TagView {
+// A tag before a camera.
+struct TagOutlook {
   size_t tag = 0;  // in the layout
   size_t camera = 0;
   TagUse use = TagUse::kOutside;
@@ -59,7 +60,7 @@ struct FacetSight {
 };
 
 struct TagSight {
-  std::vector<TagView> views;  // tag by tag, camera by camera
+  std::vector<TagOutlook> views;  // tag by tag, camera by camera
   std::vector<CameraSight> cameras;
   std::vector<FacetSight> facets;  // that carry tags
   double widest_angle = 0;         // between two cameras' lines of sight to the gripper's middle, rad

@@ -6,6 +6,13 @@
 
 namespace tendril {
 
+const char* NameOf(TagSides sides) {
+  return sides == TagSides::kOuter ? "outer" : sides == TagSides::kInner ? "inner" : "both";
+}
+TagSides TagSidesOf(const std::string& name) {
+  return name == "outer" ? TagSides::kOuter : name == "inner" ? TagSides::kInner : TagSides::kBoth;
+}
+
 void ReadTagTable(TomlTable from, TagSpec& tags) {
   from.Text("family", tags.family);
   from.Number("footprint", tags.footprint, AtLeast(0, "m"));
@@ -15,9 +22,7 @@ void ReadTagTable(TomlTable from, TagSpec& tags) {
     tags.sizes = name == "each" ? TagSizes::kEach : TagSizes::kEqual;
   }
   from.Integer("every", tags.every, AtLeast(1, "facets"));
-  if (from.Choice("sides", name, {"both", "outer", "inner"})) {
-    tags.sides = name == "outer" ? TagSides::kOuter : name == "inner" ? TagSides::kInner : TagSides::kBoth;
-  }
+  if (from.Choice("sides", name, {"both", "outer", "inner"})) tags.sides = TagSidesOf(name);
   from.Flag("over_hole", tags.over_hole);
 }
 
@@ -27,8 +32,7 @@ std::string TagTableToml(const TagSpec& tags) {
                   TomlText(tags.family), TomlNumber(tags.footprint), tags.first_id);
   if (tags.sizes == TagSizes::kEach) out += "sizes = \"each\"  # as large as its facet holds\n";
   if (tags.every != 1) out += fmt::format("every = {}  # facets\n", tags.every);
-  if (tags.sides == TagSides::kOuter) out += "sides = \"outer\"\n";
-  if (tags.sides == TagSides::kInner) out += "sides = \"inner\"\n";
+  if (tags.sides != TagSides::kBoth) out += fmt::format("sides = {}\n", TomlText(NameOf(tags.sides)));
   if (tags.over_hole) out += "over_hole = true\n";
   return out;
 }

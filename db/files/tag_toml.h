@@ -12,6 +12,8 @@ namespace tendril {
 
 enum class TagSizes { kEqual, kEach };  // all alike; each as large as its facet holds
 enum class TagSides { kBoth, kOuter, kInner };
+const char* NameOf(TagSides sides);            // "both", "outer", "inner"
+TagSides TagSidesOf(const std::string& name);  // the reverse; kBoth of any other name
 
 // As capture's TagLayoutOptions.
 struct TagSpec {

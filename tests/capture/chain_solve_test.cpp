@@ -16,9 +16,9 @@ namespace {
 using testing_support::CamerasAround;
 using testing_support::Imperfection;
 using testing_support::MakeTruth;
-using testing_support::Picture;
 using testing_support::PlanarDesign;
 using testing_support::Truth;
+using testing_support::Visibility;
 
 // Errors over several draws.
 struct Score {
@@ -59,7 +59,7 @@ void Add(const Truth& truth, const ChainSolution& solution, Score& score) {
   score.unfinished += solution.converged ? 0 : 1;
 }
 
-Score ScoreOf(const TentacleDesign& design, int cameras, const Picture& picture, int draws) {
+Score ScoreOf(const TentacleDesign& design, int cameras, const Visibility& picture, int draws) {
   const std::vector<Camera> rig = CamerasAround(cameras);
   Score score;
   for (const double pull : {0.0, 0.1, 0.2, 0.3}) {
@@ -76,7 +76,7 @@ struct Case {
   const char* name;
   bool planar;
   int cameras;
-  Picture picture;
+  Visibility picture;
   double largest_rms;  // m
 };
 

@@ -53,7 +53,7 @@ TEST(SeeTags, AFrontalTagHasFocalLengthOverDistance) {
   ASSERT_TRUE(sight.ok()) << sight.error().message;
   ASSERT_EQ(sight.value().views.size(), 98u);
   int turned = 0;
-  for (const TagView& view : sight.value().views) {
+  for (const TagOutlook& view : sight.value().views) {
     const TagPlace& tag = tags.value().tags[view.tag];
     const double up = tag.corners_in_sheet.row(2).mean() - 0.36;  // of the camera's axis, m
     const double tilt = std::atan(std::hypot(up, tag.corners_in_sheet.row(1).mean()));
@@ -82,7 +82,7 @@ TEST(SeeTags, PixelsPerModuleAreThoseOfProjectedCorners) {
   const auto sight = SeeTags({}, gripper, tags.value(), rig.value());
   ASSERT_TRUE(sight.ok());
   ASSERT_EQ(sight.value().views.size(), 2 * 196u);
-  for (const TagView& view : sight.value().views) {
+  for (const TagOutlook& view : sight.value().views) {
     if (view.use > TagUse::kUnsure) continue;
     const TagPlace& tag = tags.value().tags[view.tag];
     Eigen::Matrix<double, 2, 4> px;
@@ -111,7 +111,7 @@ TEST(SeeTags, AnotherTentacleHidesWhatHangsBehindIt) {
   const auto tags = LayOutTags(TentacleDesign{}, gripper);
   const auto sight = SeeTags({}, gripper, tags.value(), {.name = "r", .cameras = {FromX(3, -0.36, 9000)}});
   ASSERT_TRUE(sight.ok());
-  for (const TagView& view : sight.value().views) {
+  for (const TagOutlook& view : sight.value().views) {
     const TagPlace& tag = tags.value().tags[view.tag];
     const bool toward = (tag.tentacle == 0) == (tag.side == TagSide::kOuter);
     EXPECT_EQ(view.use, !toward             ? TagUse::kTurnedAway
@@ -129,7 +129,7 @@ TEST(SeeTags, WhatIsOutsideOrBehindIsNotSeen) {
   Camera low = FromX(1.12, -5, 3000);
   const auto sight = SeeTags({}, gripper, tags.value(), {.name = "r", .cameras = {away, low}});
   ASSERT_TRUE(sight.ok());
-  for (const TagView& view : sight.value().views) EXPECT_GE(view.use, TagUse::kTurnedAway);
+  for (const TagOutlook& view : sight.value().views) EXPECT_GE(view.use, TagUse::kTurnedAway);
   EXPECT_TRUE(std::isnan(sight.value().cameras[0].nearest_m_per_px));
   EXPECT_EQ(SeeTags({}, gripper, tags.value(), {}).error().kind, ErrorKind::kBadInput);
 }
@@ -168,7 +168,7 @@ TEST(SeeTags, WhatIsSaidToBeDecodedIsDecodedInADrawnPicture) {
     const auto found =
         detector.value().Detect({picture.data, picture.cols, picture.rows, static_cast<int>(picture.step)});
     for (const TagDetection& tag : found.value()) ids.insert(tag.id);
-    for (const TagView& view : sight.value().views) {
+    for (const TagOutlook& view : sight.value().views) {
       if (view.camera != c) continue;
       ++said[static_cast<size_t>(view.use)];
       if (ids.contains(tags.value().tags[view.tag].id)) ++read[static_cast<size_t>(view.use)];

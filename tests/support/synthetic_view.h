@@ -32,7 +32,7 @@ struct Imperfection {
   double corner_px = 0.1;
 };
 
-struct Picture {
+struct Visibility {
   double largest_facing = 65 * kDegree;  // a tag seen at a larger angle is not detected
   double kept = 1;                       // share of the visible tags that are detected
   double outliers = 0;                   // share of views that are gross errors
@@ -94,7 +94,7 @@ inline TentacleDesign PlanarDesign() {
 }
 
 inline Truth MakeTruth(const TentacleDesign& design, double pull, const std::vector<Camera>& cameras,
-                       const Picture& picture, const Imperfection& off, std::mt19937_64& random) {
+                       const Visibility& picture, const Imperfection& off, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
   Truth truth;
