@@ -20,14 +20,16 @@
 #include <vector>
 
 #include "capture/track/tags_in_video.h"
-#include "tests/support/render_tag.h"
+#include "tests/support/moving_tags.h"
 
 namespace tendril {
 namespace {
 
 using Corners = Eigen::Matrix<double, 2, 4>;
 using Clock = std::chrono::steady_clock;
-constexpr int kTags = 60, kWidth = 1280, kHeight = 1024, kDrawn = 40;
+using testing_support::MovingTags;
+constexpr int kTags = MovingTags::kTags, kWidth = MovingTags::kWidth, kHeight = MovingTags::kHeight;
+constexpr int kDrawn = 40;
 constexpr double kRate = 200;  // frames/s of the cameras that are meant
 
 struct Drawn {
@@ -38,52 +40,17 @@ struct Drawn {
 // Tags swing by up to 2 px from frame to frame.
 std::vector<Drawn> DrawCycle(unsigned seed) {
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> any(0, 6.283185307), unit(0, 1);
-  struct Path {
-    Eigen::Vector2d middle, swing;
-    double tilt, axis, roll, phase;
-  };
-  std::vector<Path> paths;
-  std::vector<TagPattern> patterns;
-  for (int id = 0; id < kTags; ++id) {
-    const double x = 100 + 118.0 * (id % 10), y = 120 + 150.0 * static_cast<int>(id / 10);
-    paths.push_back({{x + 20 * unit(random), y + 20 * unit(random)},
-                     {25 * unit(random), 25 * unit(random)},
-                     0.785 * unit(random),
-                     any(random),
-                     any(random),
-                     any(random)});
-    patterns.push_back(PatternOf("tag36h11", id).value());
-  }
-  std::normal_distribution<double> noise(0, 3);
-  const auto with_noise = [&](const std::vector<unsigned char>& clean) {
-    std::vector<unsigned char> bytes(clean.size());
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      bytes[i] = static_cast<unsigned char>(std::clamp(std::lround(clean[i] + noise(random)), 0L, 255L));
-    }
-    return bytes;
-  };
-  std::vector<Drawn> clean;
-  for (int f = 0; f < kDrawn; ++f) {
-    testing_support::Picture picture(kWidth, kHeight, 70);
-    Drawn drawn;
-    for (std::size_t id = 0; id < kTags; ++id) {
-      const Path& p = paths[id];
-      const double turn = p.phase + 0.08 * f;
-      drawn.truth.push_back(testing_support::TiltedCorners(p.middle + p.swing * std::sin(turn), 20,
-                                                           p.tilt * std::cos(0.5 * turn), p.axis,
-                                                           p.roll + 0.2 * std::sin(turn)));
-      testing_support::DrawTag(picture, patterns[id], 8, drawn.truth.back());
-    }
-    testing_support::Blur(picture, 0.8);
-    drawn.bytes = picture.Bytes();
-    clean.push_back(std::move(drawn));
-  }
+  const MovingTags tags(25, random);
   // 0 1 .. 39 38 .. 1
-  std::vector<Drawn> cycle;
-  for (std::size_t f = 0; f < 2 * kDrawn - 2; ++f) {
-    const Drawn& drawn = clean[f < kDrawn ? f : 2 * kDrawn - 2 - f];
-    cycle.push_back({with_noise(drawn.bytes), drawn.truth});
+  std::vector<Drawn> cycle(2 * kDrawn - 2);
+  for (std::size_t f = 0; f < kDrawn; ++f) {
+    const testing_support::Picture clean = tags.Draw(static_cast<int>(f));
+    for (const std::size_t at : {f, cycle.size() - f}) {
+      if (at >= cycle.size() || !cycle[at].bytes.empty()) continue;
+      testing_support::Picture picture = clean;
+      testing_support::AddNoise(picture, 3, random);
+      cycle[at] = {picture.Bytes(), tags.CornersAt(static_cast<int>(f))};
+    }
   }
   return cycle;
 }

@@ -13,57 +13,29 @@
 #include <vector>
 
 #include "capture/track/tag_tracker.h"
-#include "tests/support/render_tag.h"
+#include "tests/support/moving_tags.h"
 
 namespace tendril {
 namespace {
 
 using Corners = Eigen::Matrix<double, 2, 4>;
 using Found = std::vector<std::pair<int, Corners>>;
-constexpr int kTags = 60, kWidth = 1280, kHeight = 1024;
+using testing_support::MovingTags;
+constexpr int kTags = MovingTags::kTags, kWidth = MovingTags::kWidth, kHeight = MovingTags::kHeight;
 
 struct Frame {
   std::vector<unsigned char> bytes;
   std::vector<Corners> truth;  // by id
 };
 
-struct Path {
-  Eigen::Vector2d middle, swing;
-  double axis, roll, phase, tilt;
-};
-
 std::vector<Frame> DrawFrames(int count) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> any(0, 6.283185307), unit(0, 1);
-  std::vector<Path> paths;
-  std::vector<TagPattern> patterns;
-  for (int id = 0; id < kTags; ++id) {
-    const double x = 100 + 118.0 * (id % 10), y = 120 + 150.0 * static_cast<int>(id / 10);
-    paths.push_back({{x + 20 * unit(random), y + 20 * unit(random)},
-                     {30 * unit(random), 30 * unit(random)},
-                     any(random),
-                     any(random),
-                     any(random),
-                     0.785 * unit(random)});
-    patterns.push_back(PatternOf("tag36h11", id).value());
-  }
+  const MovingTags tags(30, random);
   std::vector<Frame> frames;
   for (int f = 0; f < count; ++f) {
-    testing_support::Picture picture(kWidth, kHeight, 70);
-    Frame frame;
-    for (std::size_t id = 0; id < kTags; ++id) {
-      const Path& path = paths[id];
-      // Up to 2.4 px from frame to frame.
-      const double turn = path.phase + 0.08 * f;
-      frame.truth.push_back(testing_support::TiltedCorners(path.middle + path.swing * std::sin(turn), 20,
-                                                           path.tilt * std::cos(0.5 * turn), path.axis,
-                                                           path.roll + 0.2 * std::sin(turn)));
-      testing_support::DrawTag(picture, patterns[id], 8, frame.truth.back());
-    }
-    testing_support::Blur(picture, 0.8);
+    testing_support::Picture picture = tags.Draw(f);
     testing_support::AddNoise(picture, 3, random);
-    frame.bytes = picture.Bytes();
-    frames.push_back(std::move(frame));
+    frames.push_back({picture.Bytes(), tags.CornersAt(f)});
   }
   return frames;
 }

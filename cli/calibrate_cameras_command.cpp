@@ -33,10 +33,6 @@ struct CalibrateCamerasCall {
   CalibrateFromTagsOptions from_tags;
 };
 
-nlohmann::ordered_json NumberOrNull(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 // left=left*.jpg; the same name again adds to its pictures.
 Result<std::vector<CameraPictures>> SplitCameras(const std::vector<std::string>& texts) {
   std::vector<CameraPictures> cameras;

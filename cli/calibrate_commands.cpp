@@ -30,10 +30,6 @@ struct CalibrateFoldCall {
   bool dry_run = false;
 };
 
-nlohmann::ordered_json NumberOrNull(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 struct Chosen {
   std::string id;
   std::string label;

@@ -58,8 +58,6 @@ Result<FitWithTruth> FitAll(Lab& lab, const DemoPlan& plan, const std::vector<De
   return all;
 }
 
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 void ReportFit(const FitWithTruth& fit, Output& out) {
   out.Print("");
   out.Print("Fold model, fitted to {} curves of {} trials (residual {:.2f} mm):", fit.fit.frames_used,
@@ -70,7 +68,7 @@ void ReportFit(const FitWithTruth& fit, Output& out) {
     out.fields()["fit"].push_back({{"name", p.name},
                                    {"true", fit.truth[i]},
                                    {"value", p.value},
-                                   {"standard_error", Number(p.standard_error)},
+                                   {"standard_error", NumberOrNull(p.standard_error)},
                                    {"identified", p.identified}});
     out.Print("  {:<20} {:>9.4f} {:>9.4f} {:>9.4f}   {:>+5.1f} SE", p.name, fit.truth[i], p.value,
               p.standard_error, (p.value - fit.truth[i]) / p.standard_error);

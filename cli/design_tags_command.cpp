@@ -186,9 +186,7 @@ Status RunTags(const TagsCall& call, Output& out) {
   TagSpec tags = call.tags;
   tags.footprint = 1e-3 * call.size_mm;
   tags.sizes = call.sizes == "each" ? TagSizes::kEach : TagSizes::kEqual;
-  tags.sides = call.sides == "outer"   ? TagSides::kOuter
-               : call.sides == "inner" ? TagSides::kInner
-                                       : TagSides::kBoth;
+  tags.sides = TagSidesOf(call.sides);
   std::optional<Rig> rig;
   if (!call.rig.empty()) {
     auto read = ReadRig(call.rig);
@@ -205,9 +203,7 @@ Status RunTags(const TagsCall& call, Output& out) {
   auto& fields = out.fields();
   fields["design"] = call.design;
   fields["family"] = answer.layout.family;
-  double smallest = answer.layout.tags.front().footprint;
-  for (const TagPlace& tag : answer.layout.tags) smallest = std::min(smallest, tag.footprint);
-  fields["footprint_m"] = smallest;  // of the smallest
+  fields["footprint_m"] = SmallestFootprint(answer.layout);
   auto& list = fields["tags"] = nlohmann::ordered_json::array();
   for (const TagPlace& tag : answer.layout.tags) {
     const Eigen::Vector3d center = tag.corners_in_sheet.rowwise().mean();

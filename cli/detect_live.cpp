@@ -60,14 +60,6 @@ nlohmann::ordered_json RejectedOf(const LiveCamera& camera) {
   return rejected;
 }
 
-std::string RejectedInWords(const LiveCamera& camera) {
-  std::string text;
-  for (const auto& [cause, count] : RejectedByCause(camera.counts)) {
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, cause);
-  }
-  return text.empty() ? "none" : text;
-}
-
 nlohmann::ordered_json JsonOf(const std::vector<LiveCamera>& cameras) {
   auto all = nlohmann::ordered_json::array();
   for (const LiveCamera& camera : cameras) {
@@ -100,8 +92,8 @@ std::vector<std::string> TableOf(const std::vector<LiveCamera>& cameras) {
         camera.fps, camera.arriving_fps, camera.ms_per_frame, camera.arrived - camera.tracked,
         camera.blur_px > 0 ? fmt::format("{:.2f}", camera.blur_px) : "-", camera.seen.size()));
     lines.push_back("       seen now: " + IdsInWords(camera.seen));
-    lines.push_back(
-        fmt::format("       lost: {}; rejected: {}", IdsInWords(camera.lost), RejectedInWords(camera)));
+    lines.push_back(fmt::format("       lost: {}; rejected: {}", IdsInWords(camera.lost),
+                                RejectedInWords(camera.counts)));
     if (camera.state == LiveState::kLost) lines.push_back("       " + camera.problem.message);
   }
   return lines;
@@ -199,7 +191,7 @@ void Summarise(double seconds, const std::vector<LiveCamera>& cameras, const std
                                  {"rejected", RejectedOf(camera)}});
     out.Print("{}: {} pictures, {} passed over, went away {} times; ids seen: {}; rejected: {}",
               NameOfCamera(c), camera.tracked, camera.arrived - camera.tracked, camera.times_lost,
-              IdsInWords(ever), RejectedInWords(camera));
+              IdsInWords(ever), RejectedInWords(camera.counts));
   }
   if (expected.empty()) return;
   std::vector<int> never;

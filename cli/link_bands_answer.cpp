@@ -10,13 +10,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json BandJson(const LinkBand& band) {
-  Json json{{"mean", Number(band.mean)},
-            {"standard_deviation", Number(band.standard_deviation)},
-            {"band68", {Number(band.low68), Number(band.high68)}},
-            {"band95", {Number(band.low95), Number(band.high95)}},
+  Json json{{"mean", NumberOrNull(band.mean)},
+            {"standard_deviation", NumberOrNull(band.standard_deviation)},
+            {"band68", {NumberOrNull(band.low68), NumberOrNull(band.high68)}},
+            {"band95", {NumberOrNull(band.low95), NumberOrNull(band.high95)}},
             {"modes", Json::array()}};
   for (const LinkMode& mode : band.modes)
     json["modes"].push_back({{"value", mode.value}, {"share", mode.share}});

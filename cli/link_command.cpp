@@ -73,12 +73,9 @@ Result<Axis> ParseAxis(std::string_view text) {
   return axis;
 }
 
-// NaN has no place in JSON: what is not known is null.
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 void AddValue(Json& to, const std::string& name, const LinkValue& value) {
-  to[name] = Number(value.value);
-  to[name + "_error"] = Number(value.error);
+  to[name] = NumberOrNull(value.value);
+  to[name + "_error"] = NumberOrNull(value.error);
 }
 
 Json ReportJson(const LinkReport& report, const std::vector<std::string>& names) {
@@ -89,10 +86,10 @@ Json ReportJson(const LinkReport& report, const std::vector<std::string>& names)
     Json one;
     one["name"] = names[i];
     AddValue(one, "writhe", curve.writhe);
-    one["twist"] = Number(curve.twist);
+    one["twist"] = NumberOrNull(curve.twist);
     AddValue(one, "self_link", curve.self_link);
-    one["self_link_offset_m"] = Number(curve.self_offset);
-    one["self_link_offset_influence"] = Number(curve.offset_influence);
+    one["self_link_offset_m"] = NumberOrNull(curve.self_offset);
+    one["self_link_offset_influence"] = NumberOrNull(curve.offset_influence);
     AddValue(one, "object_link", curve.object_link);
     AddValue(one, "object_gauss", curve.object_gauss);
     one["flags"] = FlagNames(curve.writhe.flags | curve.self_link.flags | curve.object_link.flags |
@@ -109,9 +106,9 @@ Json ReportJson(const LinkReport& report, const std::vector<std::string>& names)
     one["flags"] = FlagNames(pair.link.flags | pair.gauss.flags);
     json["pairs"].push_back(one);
   }
-  json["mutual_link"] = Number(report.mutual_link);
-  json["object_link"] = Number(report.object_link);
-  json["performance"] = Number(report.performance);
+  json["mutual_link"] = NumberOrNull(report.mutual_link);
+  json["object_link"] = NumberOrNull(report.object_link);
+  json["performance"] = NumberOrNull(report.performance);
   return json;
 }
 
@@ -174,9 +171,9 @@ void AddSeries(const LinkSeries& series, Output& out) {
     json["jump"] = event.jump;
     fields["events"].push_back(json);
   }
-  fields["at_pull_0"] = {{"mutual_link", Number(series.AtPullZero().mutual_link)},
-                         {"object_link", Number(series.AtPullZero().object_link)},
-                         {"performance", Number(series.AtPullZero().performance)}};
+  fields["at_pull_0"] = {{"mutual_link", NumberOrNull(series.AtPullZero().mutual_link)},
+                         {"object_link", NumberOrNull(series.AtPullZero().object_link)},
+                         {"performance", NumberOrNull(series.AtPullZero().performance)}};
   if (out.json()) return;
   out.Print("{:>6} {:>9}  {:>11} {:>11} {:>11}", "frame", "time (s)", "mutual", "object", "performance");
   for (size_t k = 0; k < series.frames.size(); ++k) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/link/seen_from.h"
+#include "cli/command.h"
 #include "db/files/scene_toml.h"
 #include "model/scene/holding.h"
 
@@ -13,8 +14,6 @@ namespace tendril::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json JsonOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -139,15 +138,15 @@ Result<LinkSeries> TellLink(const Scene& scene, const Simulated& done, std::opti
   for (size_t f = 0; f < links.value().frames.size(); ++f) {
     const LinkReport& report = links.value().frames[f];
     list.push_back({{"time", links.value().time[static_cast<Eigen::Index>(f)]},
-                    {"mutual_link", OrNull(report.mutual_link)},
-                    {"object_link", OrNull(report.object_link)}});
+                    {"mutual_link", NumberOrNull(report.mutual_link)},
+                    {"object_link", NumberOrNull(report.object_link)}});
   }
   const bool certain = done.nothing_passed.value_or(false);
   out.fields()["bodies_passed"] = certain ? 0 : jumps;
   out.fields()["link_jumps"] = jumps;
   const LinkReport& end = links.value().AtEnd();
-  out.fields()["mutual_link"] = OrNull(end.mutual_link);
-  out.fields()["object_link"] = OrNull(end.object_link);
+  out.fields()["mutual_link"] = NumberOrNull(end.mutual_link);
+  out.fields()["object_link"] = NumberOrNull(end.object_link);
   out.fields()["link_time_s"] = links.value().EndTime();
   const std::string when =
       grasped_until ? fmt::format(" at {:.4g} s, before the test", links.value().EndTime()) : "";
@@ -175,8 +174,8 @@ void TellPassages(const Simulated& done, Output& out) {
   if (!done.nothing_passed) return;
   const bool touched = std::isfinite(done.least_axis_distance);
   fields["nothing_passed"] = *done.nothing_passed;
-  fields["least_axis_distance_m"] = OrNull(done.least_axis_distance);
-  fields["least_axis_share"] = OrNull(done.least_axis_share);
+  fields["least_axis_distance_m"] = NumberOrNull(done.least_axis_distance);
+  fields["least_axis_share"] = NumberOrNull(done.least_axis_share);
   fields["longest_move_m"] = done.longest_move;
   fields["longest_stick_share"] = done.longest_stick;
   if (touched) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/command.h"
 #include "model/scene/driven.h"
 
 namespace tendril::cli {
@@ -12,8 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using Eigen::Vector3d;
-
-Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 // What a run whose contacts speak against it says is not to be read without that.
 std::string Caution(const Simulated& run) {
@@ -44,13 +43,13 @@ Result<HoldingVerdict> TellHolding(const Scene& scene, const HoldingPlan& plan, 
                              {"lifted", result.lifted},
                              {"held", result.held},
                              {"grasped", result.Grasped()},
-                             {"rise_m", OrNull(result.rise)},
-                             {"shift_m", OrNull(result.shift)},
-                             {"payload_kg", OrNull(result.payload)},
+                             {"rise_m", NumberOrNull(result.rise)},
+                             {"shift_m", NumberOrNull(result.shift)},
+                             {"payload_kg", NumberOrNull(result.payload)},
                              {"payload_is_least", result.payload_is_least},
-                             {"payload_by_rods_mass", OrNull(result.payload_ratio)},
+                             {"payload_by_rods_mass", NumberOrNull(result.payload_ratio)},
                              {"strikes", result.strikes},
-                             {"release_s", OrNull(result.release_time)},
+                             {"release_s", NumberOrNull(result.release_time)},
                              {"rule", verdict.rule}};
   out.Print("{}: {}{}", NameOf(result.test), result.Sentence(), Caution(done));
   return verdict;

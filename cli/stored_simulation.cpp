@@ -2,24 +2,24 @@
 
 #include <cmath>
 
+#include "cli/command.h"
+
 namespace tendril::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json JsonOf(const HoldingRow& holding) {
   return {{"test", holding.test},
           {"lifted", holding.lifted},
           {"held", holding.held},
-          {"rise_m", OrNull(holding.rise_m)},
-          {"shift_m", OrNull(holding.shift_m)},
-          {"payload_kg", OrNull(holding.payload_kg)},
+          {"rise_m", NumberOrNull(holding.rise_m)},
+          {"shift_m", NumberOrNull(holding.shift_m)},
+          {"payload_kg", NumberOrNull(holding.payload_kg)},
           {"payload_is_least", holding.payload_is_least},
-          {"payload_by_rods_mass", OrNull(holding.payload_by_rods_mass)},
+          {"payload_by_rods_mass", NumberOrNull(holding.payload_by_rods_mass)},
           {"strikes", holding.strikes ? Json(*holding.strikes) : Json(nullptr)},
-          {"release_s", OrNull(holding.release_s)},
+          {"release_s", NumberOrNull(holding.release_s)},
           {"rule", holding.rule}};
 }
 
@@ -46,7 +46,7 @@ nlohmann::ordered_json SimulationAsJson(const StoredSimulation& simulation) {
           {"level", row.level},
           {"seed", row.seed},
           {"trial_number", row.trial_number},
-          {"friction", OrNull(row.friction)},
+          {"friction", NumberOrNull(row.friction)},
           {"medium", row.medium.empty() ? Json(nullptr) : Json(row.medium)},
           {"time_step_s", row.time_step_s},
           {"steps", row.steps},
@@ -55,8 +55,8 @@ nlohmann::ordered_json SimulationAsJson(const StoredSimulation& simulation) {
           {"trusted", simulation.trusted},
           {"doubts", row.doubts},
           {"nothing_passed", row.nothing_passed ? Json(*row.nothing_passed) : Json(nullptr)},
-          {"least_axis_share", OrNull(row.least_axis_share)},
-          {"longest_stick_share", OrNull(row.longest_stick_share)},
+          {"least_axis_share", NumberOrNull(row.least_axis_share)},
+          {"longest_stick_share", NumberOrNull(row.longest_stick_share)},
           {"divergence", row.divergence.empty() ? Json(nullptr) : Json(row.divergence)},
           {"holding", row.holding ? JsonOf(*row.holding) : Json(nullptr)}};
 }

@@ -26,18 +26,6 @@ struct TrackCall {
   int threads = 2;
 };
 
-nlohmann::ordered_json Number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-// "12 does not look like it, 3 moved too far"
-std::string InWords(const std::vector<std::pair<std::string, long>>& causes) {
-  std::string text;
-  for (const auto& [cause, count] : causes)
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, cause);
-  return text.empty() ? "none" : text;
-}
-
 void PrintCameras(const TrackedTrial& tracked, const std::string& level, Output& out) {
   if (tracked.cameras.empty()) return;
   auto& fields = out.fields();
@@ -46,10 +34,9 @@ void PrintCameras(const TrackedTrial& tracked, const std::string& level, Output&
             "sightings rejected");
   for (size_t c = 0; c < tracked.cameras.size(); ++c) {
     const CameraTags& camera = tracked.cameras[c];
-    const auto causes = RejectedByCause(camera.counts);
     const double ms = 1e3 * camera.seconds / std::max(1.0, static_cast<double>(camera.counts.frames));
     auto rejected = nlohmann::ordered_json::object();
-    for (const auto& [cause, count] : causes) rejected[cause] = count;
+    for (const auto& [cause, count] : RejectedByCause(camera.counts)) rejected[cause] = count;
     fields["cameras"].push_back({{"camera", c},
                                  {"frames", camera.counts.frames},
                                  {"frames_decoded", camera.counts.decodes},
@@ -57,12 +44,12 @@ void PrintCameras(const TrackedTrial& tracked, const std::string& level, Output&
                                  {"tags_followed", camera.counts.fitted},
                                  {"tags_found_by_decoding", camera.counts.found},
                                  {"ms_per_frame", ms},
-                                 {"median_sigma_px", Number(camera.median_sigma_px)},
+                                 {"median_sigma_px", NumberOrNull(camera.median_sigma_px)},
                                  {"rejected", rejected}});
     out.Print("{:<12} {:>8} {:>8} {:>10.1f} {:>12}  {}", fmt::format("cam{}", c), camera.tags,
               fmt::format("{}/{}", camera.counts.decodes, camera.counts.frames), ms,
               std::isfinite(camera.median_sigma_px) ? fmt::format("{:.3f}", camera.median_sigma_px) : "-",
-              InWords(causes));
+              RejectedInWords(camera.counts));
   }
 }
 
@@ -100,8 +87,8 @@ Status RunTrack(const TrackCall& call, Output& out) {
     const std::string& name = tracked.value().curves[i].name;
     fields["tentacles"].push_back({{"name", name},
                                    {"seen_fraction", t.seen_fraction},
-                                   {"rms_reprojection_px", Number(t.rms_reprojection_px)},
-                                   {"median_sigma_mm", Number(1e3 * t.median_sigma)},
+                                   {"rms_reprojection_px", NumberOrNull(t.rms_reprojection_px)},
+                                   {"median_sigma_mm", NumberOrNull(1e3 * t.median_sigma)},
                                    {"views_used", t.views_used},
                                    {"views_rejected", t.views_rejected}});
     out.Print("{:<12} {:>8.1f} {:>16.3f} {:>16.3f} {:>10} {:>10}", name, 100 * t.seen_fraction,

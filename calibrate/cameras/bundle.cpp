@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibrate/cameras/corner_residual.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
@@ -205,10 +206,8 @@ void MeasureSigma(Bundle& bundle) {
   std::vector<std::vector<double>> errors = SquaredErrors(bundle);
   for (size_t c = 0; c < errors.size(); ++c) {
     if (errors[c].empty()) continue;
-    const auto middle = errors[c].begin() + static_cast<std::ptrdiff_t>(errors[c].size() / 2);
-    std::nth_element(errors[c].begin(), middle, errors[c].end());
     // A squared distance of two normal coordinates is below 2 ln 2 sigma^2 half of the time.
-    bundle.sigma_px[c] = std::max(0.01, std::sqrt(*middle / (2 * std::log(2.0))));
+    bundle.sigma_px[c] = std::max(0.01, std::sqrt(Median(std::move(errors[c])) / (2 * std::log(2.0))));
     if (!std::isfinite(bundle.sigma_px[c])) bundle.sigma_px[c] = 1;
   }
 }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calibrate/cameras/bundle.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
@@ -78,10 +79,7 @@ ProjectionUncertainty UncertaintyOf(const Camera& camera, const Eigen::MatrixXd&
       variances.push_back((slope * lens_covariance * slope.transpose()).trace());
     }
     if (variances.empty()) return answer;
-    std::vector<double> sorted = variances;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double floor = std::max(*middle, 1e-12);
+    const double floor = std::max(Median(variances), 1e-12);
     std::size_t next = 0;
     for (const auto& cell : cells) {
       if (!cell) continue;
@@ -104,9 +102,7 @@ ProjectionUncertainty UncertaintyOf(const Camera& camera, const Eigen::MatrixXd&
       known.push_back(answer.sigma_px(r, c));
     }
   }
-  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
-  std::nth_element(known.begin(), middle, known.end());
-  answer.median_px = *middle;
+  answer.median_px = Median(known);
   answer.largest_px = *std::max_element(known.begin(), known.end());
   return answer;
 }

@@ -10,6 +10,8 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
+#include "model/median.h"
+
 namespace tendril {
 namespace {
 
@@ -32,12 +34,6 @@ double RmsOfPose(const Camera& camera, const Eigen::Matrix3Xd& points, const Boa
         (ProjectInCamera<double>(camera, p) - corners.pixels.col(static_cast<Eigen::Index>(k))).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(corners.ids.size()));
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The plane of a view's corners: a body with tags on several sides may show one side only.

@@ -10,6 +10,7 @@
 
 #include "calibrate/cameras/start_values.h"
 #include "capture/track/tag_pose.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
@@ -99,9 +100,7 @@ std::vector<Picture> Choose(std::vector<Picture> pictures, int most) {
 // were begun in a wrong place and are left out.
 void WeighPictures(Bundle& bundle) {
   MeasureSigma(bundle);
-  std::vector<double> sigma = bundle.sigma_px;
-  std::nth_element(sigma.begin(), sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2), sigma.end());
-  const double usual = sigma[sigma.size() / 2];
+  const double usual = Median(bundle.sigma_px);
   for (BoardPlace& tag : bundle.places) {
     std::vector<const BoardView*> kept;
     for (const BoardView* view : tag.views) {
@@ -109,7 +108,7 @@ void WeighPictures(Bundle& bundle) {
     }
     if (!kept.empty()) tag.views = std::move(kept);
   }
-  bundle.sigma_px.assign(sigma.size(), usual);
+  bundle.sigma_px.assign(bundle.sigma_px.size(), usual);
 }
 
 }  // namespace
@@ -125,8 +124,7 @@ std::vector<MovingTag> MotionOf(std::span<const TagInPicture> tags) {
   for (auto next = stamps.begin(); next != stamps.end() && std::next(next) != stamps.end(); ++next)
     steps.push_back(*std::next(next) - *next);
   if (steps.empty()) return {};
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  const double step = static_cast<double>(steps[steps.size() / 2]);
+  const double step = Median(std::move(steps));
   std::vector<MovingTag> moving;
   for (const TagInPicture& tag : tags) {
     const auto here = stamps.find(tag.stamp);

@@ -11,19 +11,13 @@
 #include "calibrate/fold/fit_information.h"
 #include "calibrate/fold/fit_solver.h"
 #include "calibrate/student_t.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
 
 const char* const kNames[kShared] = {"pull_scale", "stiffness_ratio", "stiffness_exponent",
                                      "the scatter of the nodes", "the scatter of the creases"};
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // What the misfit looks like: per group of rows over all frames, and per frame.
 struct Misfit {
@@ -50,7 +44,7 @@ Misfit MisfitAt(const FitFrames& frames, const Solution& solution, const ShapeRe
     misfit.frame_rms.push_back(std::sqrt(at->value.squaredNorm() / static_cast<double>(at->value.size())));
   }
   // Medians of the chi distribution with one and three degrees of freedom.
-  misfit.group_scale = Median(std::move(lengths)) / (group == 3 ? 1.5382 : 0.6745);
+  misfit.group_scale = (lengths.empty() ? 0 : Median(std::move(lengths))) / (group == 3 ? 1.5382 : 0.6745);
   return misfit;
 }
 
@@ -61,7 +55,7 @@ double HuberLength(const FoldFitOptions& options, double scale) {
 
 // Frames that no setting of the parameters explains, moved from the used to the left out.
 int DropOutlierFrames(FitFrames& frames, const Misfit& misfit, const FoldFitOptions& options) {
-  const double usual = std::max(Median(misfit.frame_rms), 0.2);
+  const double usual = misfit.frame_rms.empty() ? 0.2 : std::max(Median(misfit.frame_rms), 0.2);
   std::vector<FitFrame> kept;
   int dropped = 0;
   for (std::size_t i = 0; i < frames.frames.size(); ++i) {

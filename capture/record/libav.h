@@ -23,9 +23,13 @@ struct FreePacket {
 struct FreeCodec {
   void operator()(AVCodecContext* c) const { avcodec_free_context(&c); }
 };
+struct CloseDemuxer {
+  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+};
 using Frame = std::unique_ptr<AVFrame, FreeFrame>;
 using Packet = std::unique_ptr<AVPacket, FreePacket>;
 using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
+using Demuxer = std::unique_ptr<AVFormatContext, CloseDemuxer>;
 
 // In the header of files that we wrote: their FFV1 slices carry checksums.
 inline constexpr const char* kOurTag = "TENDRIL_RECORDING";

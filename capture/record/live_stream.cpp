@@ -21,9 +21,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-struct CloseDemuxer {
-  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
 struct FreeAvio {
   void operator()(AVIOContext* io) const {
     av_freep(static_cast<void*>(&io->buffer));
@@ -68,7 +65,7 @@ class LiveStream : public LiveSource {
   int pipe_ = -1;
   bool pipe_began_ = false;
   std::unique_ptr<AVIOContext, FreeAvio> io_;
-  std::unique_ptr<AVFormatContext, CloseDemuxer> demuxer_;
+  libav::Demuxer demuxer_;
   libav::Codec codec_;
   libav::Frame frame_;
   libav::Packet packet_;

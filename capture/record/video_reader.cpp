@@ -18,10 +18,6 @@ extern "C" {
 namespace tendril {
 namespace {
 
-struct CloseDemuxer {
-  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
-
 Error Bad(const std::filesystem::path& file, const std::string& what) {
   return {ErrorKind::kBadInput, fmt::format("{}: {}", file.string(), what)};
 }
@@ -77,7 +73,7 @@ bool SlicesAreWhole(const std::uint8_t* data, int size) {
 
 struct VideoReader::State {
   std::filesystem::path file;
-  std::unique_ptr<AVFormatContext, CloseDemuxer> demuxer;
+  libav::Demuxer demuxer;
   libav::Codec codec;
   libav::Frame frame;
   libav::Packet packet;

@@ -71,9 +71,7 @@ Result<FamilyChoice> ChooseFamily(const TentacleDesign& design, const Gripper& g
       last = layout.error();
     } else {
       option.tags = static_cast<int>(layout.value().tags.size());
-      double smallest = layout.value().tags.front().footprint;
-      for (const TagPlace& tag : layout.value().tags) smallest = std::min(smallest, tag.footprint);
-      option.module = smallest / family.value().total_width;
+      option.module = SmallestFootprint(layout.value()) / family.value().total_width;
       option.enough_ids = options.first_id + option.tags <= family.value().ids;
     }
     choice.options.push_back(option);

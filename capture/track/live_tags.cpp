@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "model/median.h"
+
 namespace tendril {
 namespace {
 
@@ -48,10 +50,7 @@ class LastSecond {
 double MedianBlur(const std::vector<TrackedTag>& tags) {
   std::vector<double> blurs;
   for (const TrackedTag& tag : tags) blurs.push_back(tag.blur_px);
-  if (blurs.empty()) return 0;
-  const auto middle = blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2);
-  std::nth_element(blurs.begin(), middle, blurs.end());
-  return *middle;
+  return blurs.empty() ? 0 : Median(std::move(blurs));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "model/check.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
@@ -63,10 +64,7 @@ double MedianSpacingPx(std::span<const DetectionRow> detections, std::span<const
       if (a != tags.end() && b != tags.end()) spacing.push_back((a->second - b->second).norm());
     }
   }
-  if (spacing.empty()) return kNotSeen;
-  std::nth_element(spacing.begin(), spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2),
-                   spacing.end());
-  return spacing[spacing.size() / 2];
+  return Median(std::move(spacing));
 }
 
 Result<PlanarChain> FollowPlanarChain(std::span<const DetectionRow> detections, const Eigen::VectorXd& time,

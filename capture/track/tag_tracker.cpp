@@ -63,12 +63,11 @@ bool TagTracker::Follow(const GrayImage& image, int id, Track& track, bool decod
   if (look == nullptr) return false;
   TagFitOptions fit = options_.fit;
   fit.blur_px = track.blur_px;
-  // Of a tag seen once no way is known; of another the way may have changed.
-  TagFit found;
-  found.fault = TagFitFault::kMoved;  // unless a fit says something else
   const Corners there = Predicted(track);
-  if (track.moving || decoded) found = FitTag(image, *look, there, fit, track.follow);
-  if ((!track.moving && !decoded) || found.fault != TagFitFault::kNone) {
+  // Where a tag was seen once, how it moves is not known: it is searched at once.
+  TagFit found = track.moving || decoded ? FitTag(image, *look, there, fit, track.follow)
+                                         : TagFit{.fault = TagFitFault::kMoved};
+  if (found.fault != TagFitFault::kNone) {
     if (const auto shift = SearchTag(image, *look, there, kSearchReach)) {
       const TagFit again = FitTag(image, *look, there.colwise() + *shift, fit, track.follow);
       if (again.fault == TagFitFault::kNone || !track.moving) found = again;

@@ -103,6 +103,14 @@ std::vector<std::pair<std::string, long>> RejectedByCause(const TagTrackCounts& 
   return causes;
 }
 
+std::string RejectedInWords(const TagTrackCounts& counts) {
+  std::string text;
+  for (const auto& [cause, count] : RejectedByCause(counts)) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, cause);
+  }
+  return text.empty() ? "none" : text;
+}
+
 Result<TagsInVideo> FindTagsInVideo(const std::filesystem::path& video, int camera, std::size_t frames,
                                     const TagsInVideoOptions& options, const std::function<bool()>& step) {
   Result<TagFinder> finder = TagFinder::Create(options);

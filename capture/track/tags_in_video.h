@@ -28,6 +28,8 @@ Result<std::optional<TagTrackLevel>> TagLevelOf(const std::string& name);
 
 // Sightings that were expected and not believed, by cause in words; causes that never came up are left out.
 std::vector<std::pair<std::string, long>> RejectedByCause(const TagTrackCounts& counts);
+std::string RejectedInWords(
+    const TagTrackCounts& counts);  // "12 does not look like it, 3 moved too far"; "none"
 
 struct TagsInVideo {
   std::vector<DetectionRow> rows;  // frame by frame; sigma_px NaN where each picture was decoded

@@ -18,6 +18,7 @@
 #include "db/files/curve_files.h"
 #include "db/files/trial_toml.h"
 #include "model/fold/fold.h"
+#include "model/median.h"
 
 namespace tendril {
 namespace {
@@ -74,13 +75,6 @@ Status ForEach(int count, int threads, const Work& work) {
 }
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-double Median(std::vector<double>& values) {
-  if (values.empty()) return kNone;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // One tentacle through all frames, each started also from the frame before.
 Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const PullLog& pulls,

@@ -10,11 +10,6 @@ namespace {
 
 using namespace testing_support;
 
-const Eigen::Matrix3Xd& Points() {
-  static const Eigen::Matrix3Xd points = BoardPoints(ParseBoard("chessboard:9x6:0.03").value());
-  return points;
-}
-
 TEST(CalibrateCameras, IntervalsHaveTheTruthAsOftenAsTheySay) {
   Coverage lenses;
   Coverage poses;

@@ -14,11 +14,6 @@ namespace {
 using namespace testing_support;
 using testing::HasSubstr;
 
-const Eigen::Matrix3Xd& Points() {
-  static const Eigen::Matrix3Xd points = BoardPoints(ParseBoard("chessboard:9x6:0.03").value());
-  return points;
-}
-
 TEST(CalibrateCameras, AChainOfFourComesBackExactlyWithoutNoise) {
   for (const Distortion lens : {Distortion::kBrown, Distortion::kEquidistant, Distortion::kNone}) {
     std::vector<Camera> truth = FourInARow(lens);

@@ -8,8 +8,15 @@
 #include <vector>
 
 #include "calibrate/cameras/calibrate_cameras.h"
+#include "capture/track/board.h"
 
 namespace tendril::testing_support {
+
+// Of the chessboard that is shown, m.
+inline const Eigen::Matrix3Xd& Points() {
+  static const Eigen::Matrix3Xd points = BoardPoints(ParseBoard("chessboard:9x6:0.03").value());
+  return points;
+}
 
 inline std::vector<Camera> FourInARow(Distortion lens) {
   std::vector<Camera> cameras(4);
