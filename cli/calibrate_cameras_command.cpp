@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
 #include "calibrate/cameras/board_pictures.h"
 #include "calibrate/cameras/calibrate_cameras.h"
 #include "calibrate/cameras/calibrate_from_tags.h"
-#include "calibrate/cameras/projection_uncertainty.h"
+#include "calibrate/cameras/frame_stamps.h"
 #include "capture/rig/rig.h"
+#include "cli/calibrate_cameras_answer.h"
 #include "db/files/recording_logs.h"
 #include "db/files/safe_file.h"
 
@@ -29,7 +29,9 @@ struct CalibrateCamerasCall {
   int every = 1;
   CalibrateCamerasOptions options;
   double board_error_mm = 0;
-  std::string tags;  // detections.csv
+  std::int64_t lab_board = -1;
+  std::vector<double> lab_place;  // m
+  std::string tags;               // detections.csv
   CalibrateFromTagsOptions from_tags;
 };
 
@@ -50,6 +52,15 @@ Result<std::vector<CameraPictures>> SplitCameras(const std::vector<std::string>&
     known->sources.push_back(text.substr(at + 1));
   }
   return cameras;
+}
+
+// Seen from its face a board has x right, y down, z into it; the lab's z comes out of it.
+BoardInLab LyingInLab(const CalibrateCamerasCall& call) {
+  BoardInLab lab{.stamp = call.lab_board};
+  lab.lab_from_board.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  if (!call.lab_place.empty())
+    lab.lab_from_board.translation() = Eigen::Map<const Eigen::Vector3d>(call.lab_place.data());
+  return lab;
 }
 
 // The lenses of a rig file, by the cameras' names.
@@ -76,96 +87,6 @@ Result<std::vector<Camera>> KnownLenses(const std::string& file, const std::vect
   return lenses;
 }
 
-std::vector<UncertaintyPanel> Panels(const CameraCalibration& fit, const std::vector<BoardView>& views) {
-  std::vector<UncertaintyPanel> panels;
-  for (size_t c = 0; c < fit.cameras.size(); ++c) {
-    UncertaintyPanel panel{fit.cameras[c].name,
-                           fit.cameras[c].width_px,
-                           fit.cameras[c].height_px,
-                           UncertaintyOf(fit.cameras[c], fit.reports[c].lens_covariance),
-                           {}};
-    for (const BoardView& view : views) {
-      if (view.camera != static_cast<int>(c)) continue;
-      for (Eigen::Index k = 0; k < view.corners.pixels.cols(); ++k)
-        panel.corners_px.push_back(view.corners.pixels.col(k));
-    }
-    panels.push_back(std::move(panel));
-  }
-  return panels;
-}
-
-void Show(Output& out, const CameraCalibration& fit, const std::vector<UncertaintyPanel>& panels,
-          double confidence) {
-  const bool held = std::isfinite(fit.held_out_rms_px);
-  out.Print("{} camera{}, {} moments, {} views, {} corners", fit.cameras.size(),
-            fit.cameras.size() == 1 ? "" : "s", fit.stamps, fit.views, fit.corners);
-  out.Print("reprojection RMS {:.4f} px{}", fit.rms_px,
-            held
-                ? fmt::format(", held-out pictures {:.4f} px ({} folds)", fit.held_out_rms_px, fit.folds_used)
-                : "");
-  auto& cameras = out.fields()["cameras"] = nlohmann::ordered_json::array();
-  for (size_t c = 0; c < fit.cameras.size(); ++c) {
-    const CalibratedCamera& report = fit.reports[c];
-    const ProjectionUncertainty& sure = panels[c].uncertainty;
-    out.Print(
-        "camera {}: {} views, RMS {:.4f} px{}; projection known to {:.3f} px (median), {:.3f} px (worst)",
-        fit.cameras[c].name, report.views, report.rms_px,
-        held ? fmt::format(", held out {:.4f}", report.held_out_rms_px) : "", sure.median_px,
-        sure.largest_px);
-    nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
-    for (const CalibratedParameter& p : report.parameters) {
-      if (p.standard_error == 0) {
-        out.Print("  {:15} {:12.5f}   (given)", p.name, p.value);
-      } else if (std::isfinite(p.standard_error)) {
-        out.Print("  {:15} {:12.5f} +- {:.5f}   {:.0f} %: {:.5f} .. {:.5f}", p.name, p.value,
-                  p.standard_error, 100 * confidence, p.low, p.high);
-      } else {
-        out.Print("  {:15} {:12.5f}   not determined", p.name, p.value);
-      }
-      parameters.push_back({{"name", p.name},
-                            {"value", p.value},
-                            {"standard_error", NumberOrNull(p.standard_error)},
-                            {"interval", {NumberOrNull(p.low), NumberOrNull(p.high)}}});
-    }
-    cameras.push_back({{"name", fit.cameras[c].name},
-                       {"image_size_px", {fit.cameras[c].width_px, fit.cameras[c].height_px}},
-                       {"views", report.views},
-                       {"corners", report.corners},
-                       {"rms_px", report.rms_px},
-                       {"held_out_rms_px", NumberOrNull(report.held_out_rms_px)},
-                       {"projection_sigma_median_px", NumberOrNull(sure.median_px)},
-                       {"projection_sigma_largest_px", NumberOrNull(sure.largest_px)},
-                       {"parameters", std::move(parameters)}});
-  }
-  out.fields()["rms_px"] = fit.rms_px;
-  out.fields()["held_out_rms_px"] = NumberOrNull(fit.held_out_rms_px);
-  out.fields()["folds"] = fit.folds_used;
-  out.fields()["refit_ratio"] = NumberOrNull(fit.refit_ratio);
-  out.fields()["confidence"] = confidence;
-  out.fields()["stamps"] = fit.stamps;
-  out.fields()["views"] = fit.views;
-  out.fields()["corners"] = fit.corners;
-  out.fields()["corners_beyond_outlier"] = fit.down_weighted;
-  out.fields()["converged"] = fit.converged;
-  out.fields()["iterations"] = fit.iterations;
-  out.fields()["seconds"] = fit.seconds;
-  out.fields()["weaknesses"] = fit.weaknesses;
-  if (!fit.weaknesses.empty()) out.Print("what these pictures are too weak for:");
-  for (const std::string& sentence : fit.weaknesses) out.Print("  - {}", sentence);
-}
-
-Status WriteMap(const std::string& file, const std::vector<UncertaintyPanel>& panels) {
-  const auto write = [&](const std::filesystem::path& beside) -> Status {
-    try {
-      if (cv::imwrite(beside.string(), DrawUncertainty(panels))) return Ok{};
-    } catch (const cv::Exception& error) {
-      return Error{ErrorKind::kBadInput, file + ": the map cannot be written (" + error.err + ")"};
-    }
-    return Error{ErrorKind::kIo, file + ": the map cannot be written"};
-  };
-  return WriteBeside(file, write);
-}
-
 // What the two ways in come to.
 struct Calibrated {
   CameraCalibration fit;
@@ -175,6 +96,8 @@ struct Calibrated {
 
 Status CheckWays(const CalibrateCamerasCall& call) {
   const auto bad = [](const std::string& message) { return Error{ErrorKind::kBadInput, message}; };
+  if (!call.lab_place.empty() && call.lab_board < 0)
+    return bad("--lab-place goes with --lab-board, the picture in which the board lies there");
   if (call.tags.empty()) {
     if (call.board.empty() || call.cameras.empty())
       return bad("expected --board and --camera (pictures of a board), or --tags (recorded detections)");
@@ -184,10 +107,27 @@ Status CheckWays(const CalibrateCamerasCall& call) {
   }
   if (!call.board.empty() || !call.cameras.empty())
     return bad("--tags takes the place of --board and --camera; expected one or the other");
+  if (call.lab_board >= 0)
+    return bad("--lab-board goes with --board; with --tags the lab is camera 0's frame");
   if (!(call.from_tags.border > 0)) return bad("--tags needs --tag-size, the side of the black border (m)");
   if (call.lenses.empty())
     return bad("--tags needs --lenses: a rig file whose cameras are those of the detections, in their order");
   return Ok{};
+}
+
+// Stamps by the clock of the frame logs beside the detections, (cameras) x (frames); none without logs.
+Result<std::vector<std::vector<std::int64_t>>> ClockOf(const std::string& tags, size_t cameras, Output& out) {
+  std::vector<std::filesystem::path> logs;
+  for (size_t c = 0; c < cameras; ++c) {
+    logs.push_back(std::filesystem::path(tags).parent_path() / fmt::format("cam{}.csv", c));
+    std::error_code ignored;
+    if (std::filesystem::exists(logs.back(), ignored)) continue;
+    out.Warn(fmt::format("frames are paired by their number: there is no {}", logs.back().string()));
+    return std::vector<std::vector<std::int64_t>>{};
+  }
+  auto clock = StampsByClock(logs);
+  if (!clock.ok()) return clock.error();
+  return std::move(clock).value().stamps;
 }
 
 Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
@@ -195,6 +135,8 @@ Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
   if (!rig.ok()) return rig.error();
   const auto rows = ReadDetections(call.tags);
   if (!rows.ok()) return rows.error();
+  const auto clock = ClockOf(call.tags, rig.value().cameras.size(), out);
+  if (!clock.ok()) return clock.error();
   std::vector<TagInPicture> tags;
   for (const DetectionRow& row : rows.value()) {
     if (row.camera < 0 || static_cast<size_t>(row.camera) >= rig.value().cameras.size()) {
@@ -202,12 +144,22 @@ Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
                    fmt::format("{}: camera {}, but {} has cameras 0 to {}", call.tags, row.camera,
                                call.lenses, rig.value().cameras.size() - 1)};
     }
+    std::int64_t stamp = row.frame;
+    if (!clock.value().empty()) {
+      const auto& frames = clock.value()[static_cast<size_t>(row.camera)];
+      if (row.frame < 0 || static_cast<size_t>(row.frame) >= frames.size()) {
+        return Error{ErrorKind::kBadInput,
+                     fmt::format("{}: frame {} of camera {}, but its frame log has {} rows", call.tags,
+                                 row.frame, row.camera, frames.size())};
+      }
+      stamp = frames[static_cast<size_t>(row.frame)];
+    }
     if (row.corners_px.col(0) == row.corners_px.col(2)) {
       return Error{ErrorKind::kBadInput,
                    fmt::format("{}: tag {} of camera {}, frame {} has a centre only; expected four corners",
                                call.tags, row.tag, row.camera, row.frame)};
     }
-    tags.push_back({row.frame, row.tag, row.camera, row.corners_px});
+    tags.push_back({stamp, row.tag, row.camera, row.corners_px});
   }
   CalibrateFromTagsOptions options = call.from_tags;
   options.cameras = call.options;
@@ -251,6 +203,7 @@ Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
                                                     : Distortion::kBrown;
   }
   CalibrateCamerasOptions options = call.options;
+  if (call.lab_board >= 0) options.lab = LyingInLab(call);
   options.board_sigma = 1e-3 * call.board_error_mm;
   if (!call.lenses.empty()) {
     auto lenses = KnownLenses(call.lenses, seen.value().cameras);
@@ -269,8 +222,8 @@ Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
   auto calibrated = call.tags.empty() ? FromBoard(call, out) : FromTags(call, out);
   if (!calibrated.ok()) return calibrated.error();
   const auto& [fit, views, layout] = calibrated.value();
-  const std::vector<UncertaintyPanel> panels = Panels(fit, views);
-  Show(out, fit, panels, call.options.confidence);
+  const std::vector<UncertaintyPanel> panels = PanelsOf(fit, views);
+  ShowCalibration(out, fit, panels, call.options.confidence);
   if (call.board_error_mm > 0 && layout.cols() == fit.points.cols()) {
     const Eigen::Matrix3Xd off = 1e3 * (fit.points - layout);
     const double rms = std::sqrt(off.squaredNorm() / static_cast<double>(off.cols()));
@@ -289,7 +242,7 @@ Status RunCalibrateCameras(const CalibrateCamerasCall& call, Output& out) {
     out.Print("rig: {}", call.rig_file);
   }
   if (!call.map_file.empty()) {
-    if (auto s = WriteMap(call.map_file, panels); !s.ok()) return s;
+    if (auto s = WriteUncertaintyMap(call.map_file, panels); !s.ok()) return s;
     out.fields()["map"] = call.map_file;
     out.Print("map of uncertainty: {}", call.map_file);
   }
@@ -315,7 +268,16 @@ Command MakeCalibrateCamerasCommand() {
             app.add_option(
                 "--camera", call->cameras,
                 "NAME=PICTURES: a file, folder, pattern or video; once per camera, the first is the lab's "
-                "frame. Equal numbers in names (or frames) were taken at once");
+                "frame. Equal numbers in names were taken at once; frames of videos go by the clock of the "
+                "logs beside them (cam0.csv), without these by their number");
+            app.add_option(
+                   "--lab-board", call->lab_board,
+                   "number of the picture (of videos, camera 0's frame) in which the board lies flat in "
+                   "the lab: x along its rows, z out of its face")
+                ->check(CLI::NonNegativeNumber);
+            app.add_option("--lab-place", call->lab_place,
+                           "X Y Z: where the board's origin lies in the lab then (m; default 0 0 0)")
+                ->expected(3);
             app.add_option("--tags", call->tags,
                            "instead of a board: recorded tags (detections.csv); --lenses has the cameras");
             app.add_option("--tag-size", call->from_tags.border, "side of the tags' black border (m)")

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "calibrate/cameras/frame_stamps.h"
 #include "capture/record/picture_file.h"
 #include "capture/record/video_file.h"
 
@@ -88,6 +89,32 @@ std::optional<std::vector<std::int64_t>> Numbers(const std::vector<fs::path>& fi
   return numbers;
 }
 
+// Of videos only, if each has its frame log beside it; no stamps where not.
+Result<FrameStamps> StampsOfVideos(const std::vector<std::vector<fs::path>>& files, BoardsSeen& seen) {
+  std::vector<fs::path> logs;
+  std::string without;
+  for (const auto& own : files) {
+    if (!IsVideo(own.front())) return FrameStamps{};
+    logs.push_back(fs::path(own.front()).replace_extension(".csv"));
+    std::error_code ignored;
+    if (without.empty() && !fs::exists(logs.back(), ignored)) without = own.front().string();
+  }
+  if (files.size() < 2) return FrameStamps{};
+  if (!without.empty()) {
+    seen.notes.push_back(
+        fmt::format("frames are paired by their number: {} has no frame log beside it", without));
+    return FrameStamps{};
+  }
+  auto stamps = StampsByClock(logs);
+  if (!stamps.ok()) return stamps.error();
+  seen.notes.push_back(
+      fmt::format("frames are paired by the clock: {} of {} are in camera {} and another, "
+                  "at most {:.2f} ms apart",
+                  stamps.value().together, stamps.value().stamps.front().size(), seen.cameras.front().name,
+                  1e3 * stamps.value().farthest_apart));
+  return stamps;
+}
+
 // Looks for the board in one picture and keeps what it shows.
 Status Look(const cv::Mat& gray, const Board& board, std::int64_t stamp, int index, const std::string& name,
             BoardsSeen& seen) {
@@ -141,6 +168,8 @@ Result<BoardsSeen> FindBoards(const std::vector<CameraPictures>& cameras, const 
     if (files.size() > 1)
       seen.notes.emplace_back("pictures are paired by their order, as names have no numbers");
   }
+  const auto clock = StampsOfVideos(files, seen);
+  if (!clock.ok()) return clock.error();
   seen.pictures.assign(cameras.size(), 0);
   for (size_t c = 0; c < files.size(); ++c) {
     const auto index = static_cast<int>(c);
@@ -157,9 +186,17 @@ Result<BoardsSeen> FindBoards(const std::vector<CameraPictures>& cameras, const 
         if (!frame.ok()) return frame.error();
         if (!frame.value()) break;
         if (!share(0.5)) return Error{ErrorKind::kStopped, "stopped"};
-        if (frame.value()->index % every != 0) continue;
-        if (auto s = Look(frame.value()->image, board, frame.value()->index, index, name, seen); !s.ok())
-          return s.error();
+        std::int64_t stamp = frame.value()->index;
+        if (!clock.value().stamps.empty()) {
+          const auto& stamps = clock.value().stamps[c];
+          if (static_cast<size_t>(stamp) >= stamps.size()) {
+            return Error{ErrorKind::kBadInput, fmt::format("{}: frame {}, but its frame log has {} rows",
+                                                           name, stamp, stamps.size())};
+          }
+          stamp = stamps[static_cast<size_t>(stamp)];
+        }
+        if (stamp % every != 0) continue;
+        if (auto s = Look(frame.value()->image, board, stamp, index, name, seen); !s.ok()) return s.error();
       }
     } else {
       for (size_t i = 0; i < files[c].size(); ++i) {

@@ -24,7 +24,8 @@ struct BoardsSeen {
   std::vector<std::string> notes;  // pictures without a board, and how stamps were chosen
 };
 
-// Stamps: of a video, the frame's number; of files, the last number in their names where all of a camera's
+// Stamps: of videos, of frames that were taken at once, by the frame logs beside them (cam0.csv of cam0.mkv);
+// the frame's number where one has none. Of files, the last number in their names where all of a camera's
 // differ in it, else their order (then all cameras need equally many).
 //   every   of videos, each so manieth frame
 //   errors  kBadInput  a picture that is none, or of another size than the camera's first; names without

@@ -67,6 +67,23 @@ BundleOptions OptionsOf(const CalibrateCamerasOptions& options) {
           .outlier = options.outlier};
 }
 
+// Moves cameras and boards together, so that the board of lab.stamp lies where it was.
+Status MoveToLab(const BoardInLab& lab, Bundle& bundle) {
+  const auto there = std::find_if(bundle.places.begin(), bundle.places.end(),
+                                  [&](const BoardPlace& p) { return p.stamp == lab.stamp; });
+  if (there == bundle.places.end()) {
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("the lab's frame is to be the board's in picture {}, but no camera saw it there; "
+                    "expected a picture that shows the board",
+                    lab.stamp)};
+  }
+  const Eigen::Isometry3d moved = lab.lab_from_board * there->lab_from_board.inverse();
+  for (Camera& camera : bundle.cameras) camera.camera_from_lab = camera.camera_from_lab * moved.inverse();
+  for (BoardPlace& place : bundle.places) place.lab_from_board = moved * place.lab_from_board;
+  return Ok{};
+}
+
 // What each parameter of the covariance has in `a` more than in `b`.
 Eigen::VectorXd Difference(const std::vector<Camera>& a, const std::vector<Camera>& b,
                            const BundleCovariance& order) {
@@ -311,6 +328,9 @@ Result<CameraCalibration> CalibrateCameras(const std::vector<Camera>& cameras,
     if (round >= 2 && change < 0.01) break;
   }
   if (progress && !progress(0.4)) return Error{ErrorKind::kStopped, "stopped"};
+  if (options.lab) {
+    if (auto s = MoveToLab(*options.lab, bundle); !s.ok()) return s.error();
+  }
   answer.covariance = CovarianceOf(bundle, fit_options);
   Report(bundle, options, answer);
   for (const BoardPlace& place : bundle.places) {

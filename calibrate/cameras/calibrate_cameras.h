@@ -2,8 +2,10 @@
 // Intrinsics and poses of any number of cameras from pictures of a board: the answer, how sure it is, how
 // well it does on pictures that it has not seen, and in words what the pictures are too weak to tell.
 //
-// Lab frame: camera 0's, unless its given pose says otherwise (it stays).
+// Lab frame: camera 0's, unless its given pose or a board that lies in the lab says otherwise. Camera 0's
+// pose counts as exact: others' standard errors are about it.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,12 @@
 #include "model/progress.h"
 
 namespace tendril {
+
+// A moment in which the board lay at a known place of the lab.
+struct BoardInLab {
+  std::int64_t stamp = 0;
+  Eigen::Isometry3d lab_from_board = Eigen::Isometry3d::Identity();
+};
 
 struct CalibrateCamerasOptions {
   // How far the printed board may be from its stated layout, standard deviation of a corner's place, m;
@@ -23,6 +31,7 @@ struct CalibrateCamerasOptions {
   bool independent_corners = false;
   // Known intrinsics, by camera: they stay and only poses are fitted; empty: all are fitted.
   std::vector<Camera> lenses = {};
+  std::optional<BoardInLab> lab = {};  // where the lab's frame is; none: by camera 0
   bool refine_lenses = false;  // `lenses` are where their fit starts: views of four corners then suffice
 };
 
@@ -68,7 +77,9 @@ struct CameraCalibration {
 
 //   cameras   names, sizes and kind of distortion
 //   points    the board's corners as its layout has them   (3, corners)
-//   errors    kBadInput     a view that fits no camera or corner, an option out of range
+//   errors    kBadInput     a view that fits no camera or corner, an option out of range, no board seen at
+//   lab's
+//                           stamp
 //             kUnreachable  too few views of a camera (names it), cameras not linked (names them), no fit
 //             kStopped      progress said so
 Result<CameraCalibration> CalibrateCameras(const std::vector<Camera>& cameras,

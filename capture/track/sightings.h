@@ -8,13 +8,12 @@
 
 #include "capture/rig/tag_layout.h"
 #include "capture/track/chain_solve.h"
+#include "capture/track/same_moments.h"
 #include "db/files/recording_logs.h"
 #include "db/files/trial_toml.h"
 #include "model/result.h"
 
 namespace tendril {
-
-using FrameLog = std::vector<FrameRow>;
 
 // Everything about a recording that the solver needs.
 struct Sightings {

@@ -3,10 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/record/video_file.h"
 #include "capture/rig/rig.h"
+#include "capture/track/tag_pose.h"
+#include "db/files/recording_logs.h"
 #include "tests/support/calibration_rig.h"
 #include "tests/support/program.h"
 #include "tests/support/render_board.h"
@@ -70,6 +77,142 @@ TEST(CalibrateCamerasCommand, DrawnPicturesBecomeARigFile) {
   EXPECT_THAT(again.out, HasSubstr("position_x_m"));
 }
 
+// A board shown eight times to two cameras, as lossless videos with their frame logs; the right camera lost
+// its third frame.
+struct ShownBoard {
+  std::vector<Camera> cameras = FourInARow(Distortion::kBrown);
+  std::vector<Eigen::Isometry3d> poses;
+
+  explicit ShownBoard(const TemporaryFolder& folder) {
+    cameras.resize(2);
+    const Board board = ParseBoard("chessboard:9x6:0.03").value();
+    std::mt19937 random(12);
+    for (int i = 0; i < 8; ++i) poses.push_back(ShownTo(cameras, 0, BoardPoints(board), random));
+    for (size_t c = 0; c < 2; ++c) {
+      const std::string name = fmt::format("cam{}", c);
+      auto video = VideoWriter::Open(folder / (name + ".mkv"), 640, 480);
+      EXPECT_TRUE(video.ok());
+      std::vector<FrameRow> log;
+      for (int i = 0; i < 8; ++i) {
+        if (c == 1 && i == 2) continue;
+        const Picture picture =
+            RenderBoard(cameras[c], poses[static_cast<size_t>(i)], board, 0.7, 2, random, 4);
+        auto bytes = picture.Bytes();
+        const cv::Mat image(picture.height, picture.width, CV_8U, bytes.data());
+        EXPECT_TRUE(video.value().Write(image, i).ok());
+        const std::int64_t ns = 1'000'000'000LL * (i + 1) + (c == 1 ? 20'000'000 : 0);
+        log.push_back(
+            {.frame = static_cast<std::int64_t>(log.size()), .frame_id = i, .device_ns = ns, .host_ns = ns});
+      }
+      EXPECT_TRUE(video.value().Close().ok());
+      EXPECT_TRUE(WriteFrameLog(folder / (name + ".csv"), log).ok());
+    }
+  }
+};
+
+TEST(CalibrateCamerasCommand, VideosArePairedByTheirClocksAndABoardSaysWhereTheLabIs) {
+  const TemporaryFolder folder;
+  const ShownBoard shown(folder);
+  const std::vector<std::string> call{"calibrate",        "cameras",
+                                      "--board",          "chessboard:9x6:0.03",
+                                      "--camera",         "left=" + folder / "cam0.mkv",
+                                      "--camera",         "right=" + folder / "cam1.mkv",
+                                      "--folds",          "0",
+                                      "--json",           "--out",
+                                      folder / "rig.toml"};
+  auto placed = call;
+  placed.insert(placed.end(), {"--lab-board", "3", "--lab-place", "0.1", "-0.2", "0.5"});
+  const auto run = RunProgram(placed);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_LT(json["rms_px"].get<double>(), 0.12);
+  EXPECT_THAT(json["warnings"].dump(),
+              HasSubstr("paired by the clock: 7 of 8 are in camera left and another, at "
+                        "most 20.00 ms apart"));
+  const auto rig = ReadRig(folder / "rig.toml");
+  ASSERT_TRUE(rig.ok()) << rig.error().message;
+  // In the lab that was asked for, the fourth board's x points along x and its face up.
+  Eigen::Isometry3d lab_from_board = Eigen::Isometry3d::Identity();
+  lab_from_board.linear() = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  lab_from_board.translation() << 0.1, -0.2, 0.5;
+  for (size_t c = 0; c < 2; ++c) {
+    const Eigen::Isometry3d truth =
+        lab_from_board * shown.poses[3].inverse() * shown.cameras[c].camera_from_lab.inverse();
+    const Eigen::Isometry3d found = rig.value().cameras[c].camera_from_lab.inverse();
+    EXPECT_LT((found.translation() - truth.translation()).norm(), 0.006);
+    EXPECT_LT(Eigen::AngleAxisd(found.linear() * truth.linear().transpose()).angle(), 0.006);
+    EXPECT_GT(found.translation().z(), 0.5);  // cameras look at the board's face from above
+  }
+
+  const auto nowhere = [&] {
+    auto asked = call;
+    asked.insert(asked.end(), {"--lab-board", "77"});
+    return RunProgram(asked);
+  }();
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("the board's in picture 77, but no camera saw it there"));
+
+  // By number alone frames of different moments come together.
+  std::filesystem::remove(folder / "cam1.csv");
+  const auto numbered = RunProgram(call);
+  EXPECT_THAT(numbered.err, HasSubstr("frames are paired by their number"));
+  EXPECT_TRUE(numbered.exit_code == 1 || nlohmann::json::parse(numbered.out)["rms_px"].get<double>() > 1);
+}
+
+TEST(CalibrateCamerasCommand, RecordedTagsBecomeARigFile) {
+  const TemporaryFolder folder;
+  std::vector<Camera> truth = FourInARow(Distortion::kBrown);
+  truth.resize(2);
+  const Eigen::Matrix3Xd tag = TagCorners3d(0.1);
+  std::mt19937 random(13);
+  std::normal_distribution<double> noise(0, 0.05);
+  std::vector<DetectionRow> rows;
+  std::vector<FrameRow> logs[2];
+  for (int i = 0; i < 12; ++i) {
+    Eigen::Isometry3d beside = ShownTo(truth, 0, Points(), random);
+    for (int c = 0; c < 2; ++c) {
+      if (c == 1 && i == 5) continue;  // lost
+      auto& log = logs[c];
+      const std::int64_t ns = 10'000'000LL * (i + 1);
+      for (int t = 0; t < 2; ++t) {
+        DetectionRow row;
+        row.frame = static_cast<std::int64_t>(log.size());
+        row.camera = c;
+        row.tag = 7 + t;
+        for (int k = 0; k < 4; ++k) {
+          const Eigen::Vector3d on_sheet = tag.col(k) + Eigen::Vector3d(0.05 + 0.13 * t, 0.07, 0);
+          row.corners_px.col(k) = Project(truth[static_cast<size_t>(c)], beside * on_sheet).value() +
+                                  Eigen::Vector2d(noise(random), noise(random));
+        }
+        rows.push_back(row);
+      }
+      log.push_back(
+          {.frame = static_cast<std::int64_t>(log.size()), .frame_id = i, .device_ns = ns, .host_ns = ns});
+    }
+  }
+  ASSERT_TRUE(WriteDetections(folder / "detections.csv", rows).ok());
+  for (int c = 0; c < 2; ++c) ASSERT_TRUE(WriteFrameLog(folder / fmt::format("cam{}.csv", c), logs[c]).ok());
+  Rig lenses;
+  lenses.name = "lenses";
+  lenses.cameras = truth;
+  for (Camera& camera : lenses.cameras) camera.camera_from_lab.setIdentity();
+  WriteText(folder / "lenses.toml", RigToml(lenses));
+  const auto run =
+      RunProgram({"calibrate", "cameras", "--tags", folder / "detections.csv", "--tag-size", "0.1",
+                  "--lenses", folder / "lenses.toml", "--out", folder / "rig.toml", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_LT(json["rms_px"].get<double>(), 0.1);
+  ASSERT_EQ(json["tags"].size(), 2u);
+  const auto& second = json["tags"][1]["corners_m"][0];
+  EXPECT_EQ(json["tags"][1]["tag"], 8);
+  EXPECT_NEAR(second[0].get<double>(), tag(0, 0) + 0.13, 0.001);
+  const auto rig = ReadRig(folder / "rig.toml");
+  ASSERT_TRUE(rig.ok()) << rig.error().message;
+  const Eigen::Vector3d position = rig.value().cameras[1].camera_from_lab.inverse().translation();
+  EXPECT_LT((position - truth[1].camera_from_lab.inverse().translation()).norm(), 0.004);
+}
+
 TEST(CalibrateCamerasCommand, BadInputIsOneLineAndExitTwo) {
   const TemporaryFolder folder;
   WriteText(folder / "text.png", "no picture");
@@ -92,6 +235,8 @@ TEST(CalibrateCamerasCommand, BadInputIsOneLineAndExitTwo) {
       {"--board", board, "--camera", "a=" + folder / "a1.png", "--lenses", folder / "none.toml"},
       {"--board", board, "--camera", "a=" + folder / "a1.png", "--model", "magic"},
       {"--board", board},
+      {"--board", board, "--camera", "a=" + folder / "a1.png", "--lab-place", "0", "0", "1"},
+      {"--tags", folder / "none.csv", "--tag-size", "0.1"},
   };
   for (const auto& options : bad) {
     std::vector<std::string> call{"calibrate", "cameras", "--json"};
