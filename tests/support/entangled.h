@@ -1,0 +1,270 @@
+#pragma once
+// Tentacles that tangle: simulated as rods, put on the virtual rig, filmed by cameras all around and given to
+// the tracker. Truth comes from the simulator and the virtual rig alone.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core/mat.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "capture/rig/portable_random.h"
+#include "capture/rig/rod_truth.h"
+#include "capture/rig/tag_choice.h"
+#include "capture/rig/tag_layout.h"
+#include "capture/rig/virtual_render.h"
+#include "capture/track/chain_solve.h"
+#include "capture/track/tag_tracker.h"
+#include "db/files/scene_toml.h"
+#include "model/fold/fold.h"
+#include "model/geometry/rotation.h"
+#include "model/scene/actuation.h"
+#include "model/scene/simulate.h"
+
+namespace tendril::testing_support {
+
+struct EntangledOptions {
+  std::string scene;                               // examples/scenes/entangled.toml
+  std::vector<double> times;                       // s; ascending
+  double pull_scale = 0.95;                        // effective pull / the one that the tracker is told
+  double calibration_px = 0.2;                     // RMS by which cameras are not where the tracker thinks
+  double distance = 1.0;                           // of the cameras, m
+  double elevation = 35 * std::numbers::pi / 180;  // up and down in turn
+  int width_px = 1280, height_px = 1024;
+  int every = 2;  // facets with tags
+  TruthRanges ranges;
+};
+
+struct EntangledTrial {
+  Gripper gripper;
+  TentacleDesign design;
+  TagLayout tags;
+  std::vector<Camera> cameras;        // as they are
+  std::vector<Camera> known_cameras;  // as the tracker has them
+  std::vector<TrueShape> shapes;      // (times)
+  std::vector<std::string> doubts;    // of the simulation
+  double simulate_seconds = 0;
+};
+
+inline double SecondsOf(const std::chrono::steady_clock::time_point& start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Looks from around at a box that holds all points, so that they fill the picture; its long side is upright.
+inline Camera CameraThatHolds(const std::vector<Eigen::Vector3d>& points, double azimuth,
+                              const EntangledOptions& options, double sign) {
+  Eigen::Vector3d low = points.front();
+  Eigen::Vector3d high = low;
+  for (const Eigen::Vector3d& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Eigen::Vector3d middle = 0.5 * (low + high);
+  const double up = sign * options.elevation;
+  const Eigen::Vector3d away(std::cos(up) * std::cos(azimuth), std::cos(up) * std::sin(azimuth),
+                             std::sin(up));
+  const Eigen::Vector3d forward = -away;
+  const Eigen::Vector3d level = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+  Camera camera;
+  camera.name = "view";
+  camera.width_px = options.width_px;
+  camera.height_px = options.height_px;
+  camera.distortion = Distortion::kBrown;
+  camera.coefficients = {-0.10, 0.04, 2e-4, -1e-4, 0};
+  Eigen::Isometry3d lab_from_camera = Eigen::Isometry3d::Identity();
+  lab_from_camera.linear() << forward.cross(level), -level, forward;  // the picture's x runs down in the lab
+  lab_from_camera.translation() = middle + options.distance * away;
+  camera.camera_from_lab = lab_from_camera.inverse();
+  Eigen::Vector2d first(INFINITY, INFINITY);
+  Eigen::Vector2d last(-INFINITY, -INFINITY);
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3d q = camera.camera_from_lab * p;
+    first = first.cwiseMin(q.head<2>() / q.z());
+    last = last.cwiseMax(q.head<2>() / q.z());
+  }
+  const Eigen::Vector2d span = last - first;
+  const double focal = std::min((camera.width_px - 40) / span.x(), (camera.height_px - 40) / span.y());
+  camera.focal_x_px = camera.focal_y_px = std::round(focal);
+  camera.center_x_px = 0.5 * camera.width_px - 0.5 * focal * (first.x() + last.x());
+  camera.center_y_px = 0.5 * camera.height_px - 0.5 * focal * (first.y() + last.y());
+  return camera;
+}
+
+// The camera turned, moved and scaled so that points move by `rms_px`, in a drawn mixture.
+inline Camera Miscalibrated(const Camera& camera, const std::vector<Eigen::Vector3d>& points, double rms_px,
+                            std::mt19937_64& random) {
+  Eigen::Vector3d turn;
+  Eigen::Vector3d move;
+  for (int k = 0; k < 3; ++k) {
+    turn[k] = DrawNormal(random, 1 / camera.focal_x_px);
+    move[k] = DrawNormal(random, 1 / camera.focal_x_px);
+  }
+  const double zoom = DrawNormal(random, 2 / camera.focal_x_px);
+  const auto changed = [&](double share) {
+    Camera other = camera;
+    Eigen::Isometry3d by = Eigen::Isometry3d::Identity();
+    by.linear() = ExpSo3(share * turn);
+    by.translation() = share * move;
+    other.camera_from_lab = by * camera.camera_from_lab;
+    other.focal_x_px *= 1 + share * zoom;
+    other.focal_y_px *= 1 + share * zoom;
+    return other;
+  };
+  const Camera whole = changed(1);
+  double squares = 0;
+  for (const Eigen::Vector3d& p : points) squares += (*Project(whole, p) - *Project(camera, p)).squaredNorm();
+  return changed(rms_px / std::sqrt(squares / static_cast<double>(points.size())));
+}
+
+// Seeds draw where tentacles hang (carrier radius 55 to 85 mm, tilt -2 to 6 degrees), when each is drawn in,
+// and all that the virtual rig draws.
+inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const EntangledOptions& options) {
+  std::mt19937_64 random(seed);
+  Result<Scene> read = ReadScene(options.scene);
+  if (!read.ok()) return read.error();
+  Scene scene = std::move(read).value();
+  scene.seed = seed;
+  scene.duration = std::max(options.times.back(), 0.01);
+  SceneGripper& hand = *scene.gripper;
+  hand.gripper.carrier_radius = DrawUniform(random, 0.055, 0.085);
+  hand.gripper.tilt = DrawUniform(random, -2, 6) * std::numbers::pi / 180;
+  hand.design.stiffness_ratio = 1;
+  EntangledTrial trial;
+  trial.gripper = hand.gripper;
+  trial.design = hand.design;
+
+  const auto start = std::chrono::steady_clock::now();
+  const Result<SimulationPlan> plan = PlanScene(scene);
+  if (!plan.ok()) return plan.error();
+  const Result<Simulated> run = Simulate(scene, plan.value(), options.times);
+  if (!run.ok()) return run.error();
+  trial.doubts = run.value().doubts;
+  trial.simulate_seconds = SecondsOf(start);
+
+  VirtualCylinder nothing;
+  nothing.radius = 0;
+  TruthRanges ranges = options.ranges;
+  ranges.largest_sag_compliance = 0;
+  const Result<VirtualTruth> truth =
+      DrawTruth(hand.design, hand.gripper, {options.pull_scale, 1, hand.design.stiffness_exponent},
+                {hand.pull, hand.pull_rate}, nothing, ranges, random);
+  if (!truth.ok()) return truth.error();
+  std::vector<TentacleActuation> pulls;
+  for (int i = 0; i < hand.gripper.tentacles; ++i) {
+    Result<TentacleActuation> pull = TentacleActuation::Make(hand, true, scene.seed, 0, i);
+    if (!pull.ok()) return pull.error();
+    pulls.push_back(std::move(pull).value());
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t f = 0; f < options.times.size(); ++f) {
+    std::vector<RodShape> rods;
+    for (std::size_t i = 0; i < pulls.size(); ++i) {
+      const double pull = pulls[i].PullAt(options.times[f]);
+      if (f >= run.value().curves[i].curves.size()) {
+        return Error{ErrorKind::kDiverged, "the simulation stopped early"};
+      }
+      rods.push_back({pull / options.pull_scale, pull, run.value().curves[i].curves[f]});
+    }
+    Result<TrueShape> shape = TrueShapeOnRods(truth.value(), hand.gripper, rods, options.times[f]);
+    if (!shape.ok()) return shape.error();
+    for (const TrueTentacle& one : shape.value().tentacles) {
+      for (Eigen::Index k = 0; k < one.centerline.points.cols(); ++k) {
+        points.push_back(one.centerline.points.col(k));
+      }
+    }
+    trial.shapes.push_back(std::move(shape).value());
+  }
+  TagLayoutOptions tags;
+  tags.every = options.every;
+  tags.each = true;
+  const Result<FamilyChoice> family = ChooseFamily(trial.design, trial.gripper, tags, 0.4e-3);
+  if (!family.ok()) return family.error();
+  tags.family = family.value().family;
+  Result<TagLayout> layout = LayOutTags(trial.design, trial.gripper, tags);
+  if (!layout.ok()) return layout.error();
+  trial.tags = std::move(layout).value();
+  for (int c = 0; c < 4; ++c) {
+    trial.cameras.push_back(
+        CameraThatHolds(points, (0.25 + 0.5 * c) * std::numbers::pi, options, c % 2 == 0 ? 1 : -1));
+    trial.known_cameras.push_back(
+        Miscalibrated(trial.cameras.back(), points, options.calibration_px, random));
+  }
+  return trial;
+}
+
+struct EntangledFrame {
+  std::vector<std::vector<TagView>> views;  // (tentacles); point into the trial's tags
+  std::vector<ChainSolution> solutions;     // (tentacles)
+  std::vector<cv::Mat> pictures;            // (cameras)
+  double render_seconds = 0, find_seconds = 0, solve_seconds = 0;
+};
+
+// Films and tracks a trial, frame after frame.
+class EntangledTracker {
+ public:
+  EntangledTracker(const EntangledTrial& trial, std::uint64_t seed, const ChainOptions& chain,
+                   TagTrackLevel level = TagTrackLevel::kBest)
+      : trial_(trial), chain_(chain), random_(seed + 1000003) {
+    for (const Camera& camera : trial.cameras) {
+      filming_.push_back(VirtualCamera::Make(camera, trial.tags, trial.design.hole_diameter).value());
+      TagTrackOptions options;
+      options.level = level;
+      options.detect.family = trial.tags.family;
+      trackers_.push_back(TagTracker::Create(options).value());
+    }
+  }
+
+  EntangledFrame Next(std::size_t number) {
+    const TrueShape& shape = trial_.shapes.at(number);
+    EntangledFrame frame;
+    frame.views.resize(shape.tentacles.size());
+    for (std::size_t c = 0; c < filming_.size(); ++c) {
+      auto start = std::chrono::steady_clock::now();
+      frame.pictures.push_back(filming_[c].Render(shape, random_));
+      frame.render_seconds += SecondsOf(start);
+      start = std::chrono::steady_clock::now();
+      const cv::Mat& picture = frame.pictures.back();
+      const auto tags =
+          trackers_[c].Next({picture.data, picture.cols, picture.rows, static_cast<int>(picture.step)});
+      for (const TrackedTag& tag : tags.value()) {
+        const TagPlace* place = trial_.tags.Find(tag.id);
+        if (place == nullptr) continue;
+        TagView view{.camera = static_cast<int>(c), .place = place, .corners_px = tag.corners_px};
+        frame.views[static_cast<std::size_t>(place->tentacle)].push_back(view);
+      }
+      frame.find_seconds += SecondsOf(start);
+    }
+    const auto start = std::chrono::steady_clock::now();
+    for (std::size_t t = 0; t < frame.views.size(); ++t) {
+      const ChainModel model = Known(shape, static_cast<int>(t));
+      const bool first = previous_.size() != frame.views.size();
+      frame.solutions.push_back(
+          SolveChain(model, trial_.known_cameras, frame.views[t], chain_, first ? nullptr : &previous_[t]));
+    }
+    frame.solve_seconds = SecondsOf(start);
+    previous_ = frame.solutions;
+    return frame;
+  }
+
+  ChainModel Known(const TrueShape& shape, int tentacle) const {
+    const TentacleDesign design = DesignOfTentacle(trial_.gripper, trial_.design, tentacle);
+    const double command = shape.tentacles[static_cast<std::size_t>(tentacle)].command;
+    return {.layout = LayOut(design).value(),
+            .expected_angle = SolveFold(design, command).value().angle,
+            .closed_angle = design.closed_angle,
+            .lab_from_tentacle = LabFromTentacle(trial_.gripper, tentacle)};
+  }
+
+ private:
+  const EntangledTrial& trial_;
+  ChainOptions chain_;
+  std::mt19937_64 random_;
+  std::vector<VirtualCamera> filming_;
+  std::vector<TagTracker> trackers_;
+  std::vector<ChainSolution> previous_;
+};
+
+}  // namespace tendril::testing_support
