@@ -2,11 +2,13 @@
 // holes that tracking finds, how much of a tentacle is seen, and does the link computed from the video lie
 // within its band? Shapes are the rod simulator's; every frame is rendered, searched for tags and solved.
 // Prints the tables of docs/tracking.md ("Entangled") and docs/link.md.
-//   bench_entangled [FIRST LAST [PICTURE.png]]     seeds; 101 to 112 unless given. 1 to 20 were for tuning
+//   bench_entangled [FIRST LAST [PICTURE.png|- [SETTINGS...]]]
+//     seeds; 101 to 112 unless given. 1 to 20 were for tuning. SETTINGS: "sigma_swing=0.03,sigma_angle=0.05",
+//     each a column of its own beside the solver's defaults; without any, those for loaded tentacles
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -68,41 +70,53 @@ struct Covered {
   }
 };
 
+// Of one trial.
 struct Totals {
   Errors seen, bridged;
-  int not_seen = 0, nodes = 0, views = 0, rejected = 0, tags_seen = 0, undecided = 0, frames = 0;
+  int not_seen = 0, nodes = 0, views = 0, rejected = 0, undecided = 0, frames = 0;
   std::map<std::string, Covered> links;
-  std::vector<double> worst_trial;  // share of a trial's pair links in their band
-  double swing_squares = 0, fold_squares = 0, swing_worst = 0;
-  int swings = 0;
-  std::array<double, 4> seconds{};  // simulating, rendering, finding, solving
+  std::string true_links;
+  double solve_seconds = 0;
 };
 
-// How the truth turns beyond the fold, which no tag knows.
-void AddSwings(const EntangledTrial& trial, const TrueShape& shape, Totals& totals) {
-  for (std::size_t t = 0; t < shape.tentacles.size(); ++t) {
-    const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, static_cast<int>(t));
-    const TentacleLayout layout = LayOut(design).value();
-    const Eigen::VectorXd law = SolveFold(design, shape.tentacles[t].command).value().angle;
-    const auto& strips = shape.tentacles[t].strips;
-    for (Eigen::Index i = 0; i < law.size(); ++i) {
-      const auto at = static_cast<std::size_t>(3 * i + 1);
-      const Eigen::Vector3d crease = DirectionOfCrease(layout.crease_angle[i]);
-      const Eigen::Matrix3d turned =
-          strips[at].lab_from_sheet.linear().transpose() * strips[at + 3].lab_from_sheet.linear();
-      const double folded = (i % 2 == 0 ? -2 : 2) * shape.tentacles[t].fold_angle[i];
-      const double swing = LogSo3(Eigen::Matrix3d(turned * ExpSo3(-folded * crease))).norm();
-      totals.swing_squares += swing * swing;
-      totals.swing_worst = std::max(totals.swing_worst, swing);
-      totals.fold_squares += std::pow(shape.tentacles[t].fold_angle[i] - law[i], 2);
-      ++totals.swings;
+// How the truth turns beyond the fold at the creases, which no tag knows.
+struct Swings {
+  double squares = 0, fold_squares = 0, worst = 0;
+  int count = 0;
+
+  void Add(const EntangledTrial& trial, const TrueShape& shape) {
+    for (std::size_t t = 0; t < shape.tentacles.size(); ++t) {
+      const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, static_cast<int>(t));
+      const TentacleLayout layout = LayOut(design).value();
+      const Eigen::VectorXd law = SolveFold(design, shape.tentacles[t].command).value().angle;
+      const auto& strips = shape.tentacles[t].strips;
+      for (Eigen::Index i = 0; i < law.size(); ++i) {
+        const auto at = static_cast<std::size_t>(3 * i + 1);
+        const Eigen::Vector3d crease = DirectionOfCrease(layout.crease_angle[i]);
+        const Eigen::Matrix3d turned =
+            strips[at].lab_from_sheet.linear().transpose() * strips[at + 3].lab_from_sheet.linear();
+        const double folded = (i % 2 == 0 ? -2 : 2) * shape.tentacles[t].fold_angle[i];
+        const double swing = LogSo3(Eigen::Matrix3d(turned * ExpSo3(-folded * crease))).norm();
+        squares += swing * swing;
+        worst = std::max(worst, swing);
+        fold_squares += std::pow(shape.tentacles[t].fold_angle[i] - law[i], 2);
+        ++count;
+      }
     }
   }
-}
+  void Print() const {
+    fmt::print(
+        "\ntruth: {:.4f} rad RMS of a crease's turning are not its fold's (worst {:.3f}), folds {:.4f} rad "
+        "off "
+        "the law\n",
+        std::sqrt(squares / count), worst, std::sqrt(fold_squares / count));
+  }
+};
 
-void AddNodes(const TrueShape& shape, const EntangledFrame& frame, Totals& totals) {
-  for (std::size_t t = 0; t < frame.solutions.size(); ++t) {
-    const ChainSolution& solution = frame.solutions[t];
+void AddNodes(const TrueShape& shape, const EntangledFrame& frame,
+              const std::vector<ChainSolution>& solutions, Totals& totals) {
+  for (std::size_t t = 0; t < solutions.size(); ++t) {
+    const ChainSolution& solution = solutions[t];
     const Eigen::Matrix3Xd& holes = shape.tentacles[t].centerline.points;
     totals.views += static_cast<int>(frame.views[t].size());
     totals.rejected += solution.views_rejected;
@@ -122,14 +136,14 @@ void AddNodes(const TrueShape& shape, const EntangledFrame& frame, Totals& total
 }
 
 // Returns the true mutual link.
-double AddLinks(const TrueShape& shape, const EntangledFrame& frame, Totals& totals, Covered& pairs) {
+double AddLinks(const TrueShape& shape, const std::vector<ChainSolution>& solutions, Totals& totals) {
   std::vector<FramedCurve> truth;
   std::vector<FramedCurve> found;
   std::vector<Eigen::MatrixXd> factors;
-  for (std::size_t t = 0; t < frame.solutions.size(); ++t) {
+  for (std::size_t t = 0; t < solutions.size(); ++t) {
     truth.push_back(shape.tentacles[t].centerline);
-    found.push_back(frame.solutions[t].curve);
-    factors.push_back(frame.solutions[t].covariance_factor);
+    found.push_back(solutions[t].curve);
+    factors.push_back(solutions[t].covariance_factor);
   }
   const LinkReport report = MeasureLink(truth, {}).value();
   const LinkBands bands = MeasureLinkBands(found, factors, {}).value();
@@ -137,7 +151,6 @@ double AddLinks(const TrueShape& shape, const EntangledFrame& frame, Totals& tot
   for (std::size_t i = 0; i < bands.pairs.size(); ++i) {
     totals.links["link of a pair"].Add(bands.pairs[i].link, report.pairs[i].link.value);
     totals.links["gauss of a pair"].Add(bands.pairs[i].gauss, report.pairs[i].gauss.value);
-    pairs.Add(bands.pairs[i].link, report.pairs[i].link.value);
   }
   for (std::size_t i = 0; i < bands.curves.size(); ++i) {
     totals.links["writhe"].Add(bands.curves[i].writhe, report.curves[i].writhe.value);
@@ -147,9 +160,10 @@ double AddLinks(const TrueShape& shape, const EntangledFrame& frame, Totals& tot
   return report.mutual_link;
 }
 
-void Draw(const std::string& file, const EntangledTrial& trial, const EntangledFrame& frame) {
+void Draw(const std::string& file, const EntangledTrial& trial, const EntangledFrame& frame,
+          const std::vector<ChainSolution>& solutions) {
   std::vector<CurveSeries> curves;
-  for (const ChainSolution& solution : frame.solutions) {
+  for (const ChainSolution& solution : solutions) {
     CurveSeries series;
     series.time = Eigen::VectorXd::Zero(1);
     series.curves = {solution.curve};
@@ -177,38 +191,87 @@ void Draw(const std::string& file, const EntangledTrial& trial, const EntangledF
   }
 }
 
-void PrintTotals(const Totals& all) {
-  const double nodes = all.nodes;
-  fmt::print(
-      "\nseen nodes {:.1f} % (tags on 51 %), bridged {:.1f} %, not seen {:.1f} %; views {} ({} rejected)\n",
-      100 * all.seen.nodes / nodes, 100 * all.bridged.nodes / nodes, 100 * all.not_seen / nodes, all.views,
-      all.rejected);
-  fmt::print("nodes | rms, mm | worst, mm | chi2 | within 68 / 95 %\nseen | {}\nbridged | {}\n",
-             all.seen.Row(), all.bridged.Row());
-  fmt::print(
-      "truth: turned beyond folds {:.4f} rad RMS per crease (worst {:.3f}), folds {:.4f} rad off the law\n",
-      std::sqrt(all.swing_squares / all.swings), all.swing_worst, std::sqrt(all.fold_squares / all.swings));
-  fmt::print(
-      "\n| value | samples | within 68 % | within 95 % | several modes | mean error | mean 95 % width |\n");
-  fmt::print("|---|---|---|---|---|---|---|\n");
-  for (const auto& [name, c] : all.links) {
-    const double n = c.of;
-    fmt::print("| {} | {} | {:.1f} % | {:.1f} % | {} | {:.4f} | {:.4f} |\n", name, c.of, 100 * c.in68 / n,
-               100 * c.in95 / n, c.torn, c.error / n, c.width / n);
+// Pairs of a frame and frames of a trial are not independent, trials are: standard error of a share, from the
+// scatter between trials.
+std::string ShareAndError(const std::vector<std::pair<int, int>>& of_trials) {
+  double in = 0, all = 0;
+  for (const auto& [k, n] : of_trials) {
+    in += k;
+    all += n;
   }
-  fmt::print("undecided crossings: {:.2f} a frame\n", static_cast<double>(all.undecided) / all.frames);
-  fmt::print("seconds a frame: render {:.2f}, find tags {:.2f}, solve {:.3f}; simulate {:.1f} a trial\n",
-             all.seconds[1] / all.frames, all.seconds[2] / all.frames, all.seconds[3] / all.frames,
-             all.seconds[0] / static_cast<double>(all.worst_trial.size()));
+  const double share = in / all;
+  double squares = 0;
+  for (const auto& [k, n] : of_trials) squares += std::pow(k - share * n, 2);
+  const double trials = static_cast<double>(of_trials.size());
+  const double error = trials > 1 ? std::sqrt(squares * trials / (trials - 1)) / all : NAN;
+  return fmt::format("{:.1f} % +- {:.1f}", 100 * share, 100 * error);
 }
 
-int Run(int first, int last, const std::string& picture, const ChainOptions& chain,
-        const EntangledOptions& options) {
-  Totals all;
+void PrintLinks(const std::vector<Totals>& trials) {
   fmt::print(
-      "| seed | mutual link | seen | seen: rms, mm | worst | chi2 | 68 / 95 | bridged: rms, mm | worst | "
-      "chi2 "
-      "| 68 / 95 | links in band |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "\n| value | samples | within 68 % | within 95 % | several modes | mean error | mean 95 % width |\n"
+      "|---|---|---|---|---|---|---|\n");
+  for (const auto& [name, unused] : trials.front().links) {
+    std::vector<std::pair<int, int>> in68;
+    std::vector<std::pair<int, int>> in95;
+    Covered all;
+    for (const Totals& trial : trials) {
+      const Covered& c = trial.links.at(name);
+      in68.emplace_back(c.in68, c.of);
+      in95.emplace_back(c.in95, c.of);
+      all.of += c.of;
+      all.torn += c.torn;
+      all.error += c.error;
+      all.width += c.width;
+    }
+    fmt::print("| {} | {} | {} | {} | {} | {:.4f} | {:.4f} |\n", name, all.of, ShareAndError(in68),
+               ShareAndError(in95), all.torn, all.error / all.of, all.width / all.of);
+  }
+}
+
+struct Setting {
+  std::string name;
+  ChainOptions chain;
+  std::vector<Totals> trials;
+};
+
+void PrintSetting(const Setting& setting, int first) {
+  fmt::print(
+      "\n{}\n| seed | mutual link | seen | seen: rms, mm | worst | chi2 | 68 / 95 | bridged: rms, mm | worst "
+      "| "
+      "chi2 | 68 / 95 | not seen | undecided |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      setting.name);
+  Totals all;
+  const auto row = [](const std::string& name, const std::string& links, const Totals& t) {
+    fmt::print("| {} | {} | {:.0f} % | {} | {} | {:.1f} % | {} |\n", name, links,
+               100.0 * t.seen.nodes / t.nodes, t.seen.Row(), t.bridged.Row(), 100.0 * t.not_seen / t.nodes,
+               t.undecided);
+  };
+  for (std::size_t i = 0; i < setting.trials.size(); ++i) {
+    const Totals& t = setting.trials[i];
+    row(std::to_string(first + static_cast<int>(i)), t.true_links, t);
+    all.seen.Add(t.seen);
+    all.bridged.Add(t.bridged);
+    all.not_seen += t.not_seen;
+    all.nodes += t.nodes;
+    all.views += t.views;
+    all.rejected += t.rejected;
+    all.undecided += t.undecided;
+    all.frames += t.frames;
+    all.solve_seconds += t.solve_seconds;
+  }
+  row("all", "", all);
+  fmt::print("views {} ({} left out); undecided crossings {:.2f} a frame; {:.3f} s to solve a frame\n",
+             all.views, all.rejected, static_cast<double>(all.undecided) / all.frames,
+             all.solve_seconds / all.frames);
+  PrintLinks(setting.trials);
+}
+
+int Run(int first, int last, const std::string& picture, std::vector<Setting> settings,
+        const EntangledOptions& options) {
+  Swings swings;
+  double simulate = 0, render = 0, find = 0;
+  int frames = 0;
   for (int seed = first; seed <= last; ++seed) {
     const auto trial = testing_support::MakeEntangledTrial(static_cast<std::uint64_t>(seed), options);
     if (!trial.ok()) {
@@ -216,33 +279,61 @@ int Run(int first, int last, const std::string& picture, const ChainOptions& cha
       return 1;
     }
     for (const std::string& doubt : trial.value().doubts) fmt::print("seed {}: {}\n", seed, doubt);
-    testing_support::EntangledTracker tracker(trial.value(), static_cast<std::uint64_t>(seed), chain);
-    Totals own;
-    Covered pairs;
-    std::string links;
-    all.seconds[0] += trial.value().simulate_seconds;
+    testing_support::EntangledFilm film(trial.value(), static_cast<std::uint64_t>(seed));
+    simulate += trial.value().simulate_seconds;
+    std::vector<std::vector<ChainSolution>> solutions(settings.size());
+    for (Setting& setting : settings) setting.trials.emplace_back();
     for (std::size_t f = 0; f < options.times.size(); ++f) {
-      const EntangledFrame frame = tracker.Next(f);
       const TrueShape& shape = trial.value().shapes[f];
-      AddNodes(shape, frame, own);
-      AddNodes(shape, frame, all);
-      AddSwings(trial.value(), shape, all);
-      links += fmt::format("{}{:.2f}", links.empty() ? "" : " ", AddLinks(shape, frame, all, pairs));
-      all.seconds[1] += frame.render_seconds;
-      all.seconds[2] += frame.find_seconds;
-      all.seconds[3] += frame.solve_seconds;
-      ++all.frames;
+      const EntangledFrame frame = film.Next(shape);
+      render += frame.render_seconds;
+      find += frame.find_seconds;
+      ++frames;
+      swings.Add(trial.value(), shape);
+      for (std::size_t s = 0; s < settings.size(); ++s) {
+        Totals& own = settings[s].trials.back();
+        const auto start = std::chrono::steady_clock::now();
+        testing_support::SolveTentacles(trial.value(), shape, frame, settings[s].chain, solutions[s]);
+        own.solve_seconds += testing_support::SecondsOf(start);
+        ++own.frames;
+        AddNodes(shape, frame, solutions[s], own);
+        own.true_links += fmt::format("{}{:.2f}", f == 0 ? "" : " ", AddLinks(shape, solutions[s], own));
+      }
       if (picture.size() > 4 && seed == first && f + 1 == options.times.size()) {
-        Draw(picture, trial.value(), frame);
+        Draw(picture, trial.value(), frame, solutions.back());
       }
     }
-    all.worst_trial.push_back(static_cast<double>(pairs.in95) / pairs.of);
-    fmt::print("| {} | {} | {:.0f} % | {} | {} | {} of {} |\n", seed, links,
-               100.0 * own.seen.nodes / own.nodes, own.seen.Row(), own.bridged.Row(), pairs.in95, pairs.of);
-    std::fflush(stdout);
+    fmt::print(stderr, "seed {} done\n", seed);
   }
-  PrintTotals(all);
+  for (const Setting& setting : settings) PrintSetting(setting, first);
+  swings.Print();
+  fmt::print("seconds: simulate {:.1f} a trial; render {:.2f}, find tags {:.2f} a frame\n",
+             simulate / (last - first + 1), render / frames, find / frames);
   return 0;
+}
+
+// "sigma_swing=0.03,sigma_angle=0.05"
+ChainOptions Parsed(const std::string& text) {
+  ChainOptions chain;
+  const std::map<std::string, double*> known = {{"sigma_corner_px", &chain.sigma_corner_px},
+                                                {"sigma_tag_place", &chain.sigma_tag_place},
+                                                {"sigma_tag_turn", &chain.sigma_tag_turn},
+                                                {"sigma_hole", &chain.sigma_hole},
+                                                {"sigma_gap", &chain.sigma_gap},
+                                                {"sigma_swing", &chain.sigma_swing},
+                                                {"sigma_angle", &chain.sigma_angle},
+                                                {"sigma_opening_walk", &chain.sigma_opening_walk}};
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::size_t equals = text.find('=', at);
+    if (equals < end) {
+      const auto found = known.find(text.substr(at, equals - at));
+      if (found != known.end()) *found->second = std::atof(text.substr(equals + 1, end - equals - 1).c_str());
+      if (found == known.end()) fmt::print(stderr, "no setting {}\n", text.substr(at, equals - at));
+    }
+    at = end + 1;
+  }
+  return chain;
 }
 
 }  // namespace
@@ -254,18 +345,10 @@ int main(int argc, char** argv) {
   tendril::testing_support::EntangledOptions options;
   options.scene = TENDRIL_SOURCE_DIR "/examples/scenes/entangled.toml";
   options.times = {6.0, 8.0, 10.0, 13.0};
-  tendril::ChainOptions chain;
-  for (int i = 4; i + 1 < argc; i += 2) {  // NAME VALUE
-    const std::string name = argv[i];
-    const double value = std::atof(argv[i + 1]);
-    if (name == "swing") chain.sigma_swing = value;
-    if (name == "angle") chain.sigma_angle = value;
-    if (name == "walk") chain.sigma_opening_walk = value;
-    if (name == "corner") chain.sigma_corner_px = value;
-    if (name == "turn") chain.sigma_tag_turn = value;
-    if (name == "gap") chain.sigma_gap = value;
-    if (name == "hole") chain.sigma_hole = value;
-    if (name == "base") chain.sigma_base_turn = value;
+  std::vector<tendril::Setting> settings = {{"solver's defaults", {}, {}}};
+  for (int i = 4; i < argc; ++i) settings.push_back({argv[i], tendril::Parsed(argv[i]), {}});
+  if (argc <= 4) {
+    settings.push_back({"loaded tentacles", tendril::testing_support::LoadedTentacles(), {}});
   }
-  return tendril::Run(first, last, argc > 3 ? argv[3] : "", chain, options);
+  return tendril::Run(first, last, argc > 3 ? argv[3] : "", settings, options);
 }

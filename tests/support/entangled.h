@@ -195,19 +195,18 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
   return trial;
 }
 
+// What the cameras saw of one moment, and where tags were found.
 struct EntangledFrame {
   std::vector<std::vector<TagView>> views;  // (tentacles); point into the trial's tags
-  std::vector<ChainSolution> solutions;     // (tentacles)
   std::vector<cv::Mat> pictures;            // (cameras)
-  double render_seconds = 0, find_seconds = 0, solve_seconds = 0;
+  double render_seconds = 0, find_seconds = 0;
 };
 
-// Films and tracks a trial, frame after frame.
-class EntangledTracker {
+// Films a trial and finds its tags, moment after moment.
+class EntangledFilm {
  public:
-  EntangledTracker(const EntangledTrial& trial, std::uint64_t seed, const ChainOptions& chain,
-                   TagTrackLevel level = TagTrackLevel::kBest)
-      : trial_(trial), chain_(chain), random_(seed + 1000003) {
+  EntangledFilm(const EntangledTrial& trial, std::uint64_t seed, TagTrackLevel level = TagTrackLevel::kBest)
+      : trial_(trial), random_(seed + 1000003) {
     for (const Camera& camera : trial.cameras) {
       filming_.push_back(VirtualCamera::Make(camera, trial.tags, trial.design.hole_diameter).value());
       TagTrackOptions options;
@@ -217,8 +216,7 @@ class EntangledTracker {
     }
   }
 
-  EntangledFrame Next(std::size_t number) {
-    const TrueShape& shape = trial_.shapes.at(number);
+  EntangledFrame Next(const TrueShape& shape) {
     EntangledFrame frame;
     frame.views.resize(shape.tentacles.size());
     for (std::size_t c = 0; c < filming_.size(); ++c) {
@@ -232,39 +230,53 @@ class EntangledTracker {
       for (const TrackedTag& tag : tags.value()) {
         const TagPlace* place = trial_.tags.Find(tag.id);
         if (place == nullptr) continue;
-        TagView view{.camera = static_cast<int>(c), .place = place, .corners_px = tag.corners_px};
+        TagView view;
+        view.camera = static_cast<int>(c);
+        view.place = place;
+        view.corners_px = tag.corners_px;
         frame.views[static_cast<std::size_t>(place->tentacle)].push_back(view);
       }
       frame.find_seconds += SecondsOf(start);
     }
-    const auto start = std::chrono::steady_clock::now();
-    for (std::size_t t = 0; t < frame.views.size(); ++t) {
-      const ChainModel model = Known(shape, static_cast<int>(t));
-      const bool first = previous_.size() != frame.views.size();
-      frame.solutions.push_back(
-          SolveChain(model, trial_.known_cameras, frame.views[t], chain_, first ? nullptr : &previous_[t]));
-    }
-    frame.solve_seconds = SecondsOf(start);
-    previous_ = frame.solutions;
     return frame;
-  }
-
-  ChainModel Known(const TrueShape& shape, int tentacle) const {
-    const TentacleDesign design = DesignOfTentacle(trial_.gripper, trial_.design, tentacle);
-    const double command = shape.tentacles[static_cast<std::size_t>(tentacle)].command;
-    return {.layout = LayOut(design).value(),
-            .expected_angle = SolveFold(design, command).value().angle,
-            .closed_angle = design.closed_angle,
-            .lab_from_tentacle = LabFromTentacle(trial_.gripper, tentacle)};
   }
 
  private:
   const EntangledTrial& trial_;
-  ChainOptions chain_;
   std::mt19937_64 random_;
   std::vector<VirtualCamera> filming_;
   std::vector<TagTracker> trackers_;
-  std::vector<ChainSolution> previous_;
 };
+
+// What the tracker is told of a tentacle.
+inline ChainModel KnownOf(const EntangledTrial& trial, const TrueShape& shape, int tentacle) {
+  const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, tentacle);
+  const double command = shape.tentacles[static_cast<std::size_t>(tentacle)].command;
+  ChainModel model;
+  model.layout = LayOut(design).value();
+  model.expected_angle = SolveFold(design, command).value().angle;
+  model.closed_angle = design.closed_angle;
+  model.lab_from_tentacle = LabFromTentacle(trial.gripper, tentacle);
+  return model;
+}
+
+// Loads bend and twist facets, which unloaded tentacles do not do.
+inline ChainOptions LoadedTentacles() {
+  ChainOptions chain;
+  chain.sigma_swing = 0.035;
+  return chain;
+}
+
+// All tentacles of a moment; `solutions` are the ones of the moment before, or empty.
+inline void SolveTentacles(const EntangledTrial& trial, const TrueShape& shape, const EntangledFrame& frame,
+                           const ChainOptions& options, std::vector<ChainSolution>& solutions) {
+  const bool first = solutions.size() != frame.views.size();
+  std::vector<ChainSolution> now;
+  for (std::size_t t = 0; t < frame.views.size(); ++t) {
+    now.push_back(SolveChain(KnownOf(trial, shape, static_cast<int>(t)), trial.known_cameras, frame.views[t],
+                             options, first ? nullptr : &solutions[t]));
+  }
+  solutions = std::move(now);
+}
 
 }  // namespace tendril::testing_support
