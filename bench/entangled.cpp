@@ -79,15 +79,20 @@ struct Totals {
   double solve_seconds = 0;
 };
 
-// How the truth turns beyond the fold at the creases, which no tag knows.
+// How the truth turns beyond the fold at the creases, which no tag knows, and how it follows its rods.
 struct Swings {
-  double squares = 0, fold_squares = 0, worst = 0;
-  int count = 0;
+  double squares = 0, fold_squares = 0, worst = 0, off_rod = 0;
+  int count = 0, holes = 0;
 
-  void Add(const EntangledTrial& trial, const TrueShape& shape) {
+  void Add(const EntangledTrial& trial, std::size_t frame) {
+    const TrueShape& shape = trial.shapes[frame];
     for (std::size_t t = 0; t < shape.tentacles.size(); ++t) {
       const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, static_cast<int>(t));
       const TentacleLayout layout = LayOut(design).value();
+      off_rod += testing_support::DistancesFromRod(layout, trial.rods[frame][t].curve.points,
+                                                   shape.tentacles[t].centerline.points)
+                     .squaredNorm();
+      holes += static_cast<int>(layout.hole_z.size());
       const Eigen::VectorXd law = SolveFold(design, shape.tentacles[t].command).value().angle;
       const auto& strips = shape.tentacles[t].strips;
       for (Eigen::Index i = 0; i < law.size(); ++i) {
@@ -105,11 +110,10 @@ struct Swings {
     }
   }
   void Print() const {
-    fmt::print(
-        "\ntruth: {:.4f} rad RMS of a crease's turning are not its fold's (worst {:.3f}), folds {:.4f} rad "
-        "off "
-        "the law\n",
-        std::sqrt(squares / count), worst, std::sqrt(fold_squares / count));
+    fmt::print("\ntruth: {:.4f} rad RMS of a crease's turning are not its fold's (worst {:.3f}), ",
+               std::sqrt(squares / count), worst);
+    fmt::print("folds {:.4f} rad off the law, holes {:.1f} mm off their rods\n",
+               std::sqrt(fold_squares / count), 1e3 * std::sqrt(off_rod / holes));
   }
 };
 
@@ -289,7 +293,7 @@ int Run(int first, int last, const std::string& picture, std::vector<Setting> se
       render += frame.render_seconds;
       find += frame.find_seconds;
       ++frames;
-      swings.Add(trial.value(), shape);
+      swings.Add(trial.value(), f);
       for (std::size_t s = 0; s < settings.size(); ++s) {
         Totals& own = settings[s].trials.back();
         const auto start = std::chrono::steady_clock::now();

@@ -12,6 +12,7 @@
 #include "model/fold/facet_chain.h"
 #include "model/fold/fold.h"
 #include "model/geometry/rotation.h"
+#include "tests/support/entangled.h"
 
 namespace tendril {
 namespace {
@@ -87,27 +88,11 @@ OnRods Shape(const VirtualTruth& truth, double pull, const Vector3d& more) {
   return on;
 }
 
-// Largest distance of a hole from the rod's axis, once hole 0 lies where it lies on the rod.
 double FarthestFromRod(const TentacleDesign& design, const OnRods& on, int tentacle) {
-  const TentacleLayout layout = LayOut(design).value();
-  const Eigen::Matrix3Xd& rod = on.rods[static_cast<std::size_t>(tentacle)].curve.points;
-  const Eigen::Matrix3Xd& holes = on.shape.tentacles[static_cast<std::size_t>(tentacle)].centerline.points;
-  const double place = 100 * -layout.base_z / (layout.tip_z - layout.base_z);
-  const Vector3d start =
-      rod.col(static_cast<int>(place)) +
-      (place - std::floor(place)) * (rod.col(static_cast<int>(place) + 1) - rod.col(static_cast<int>(place)));
-  double farthest = 0;
-  for (Eigen::Index i = 0; i < holes.cols(); ++i) {
-    const Vector3d hole = holes.col(i) - holes.col(0) + start;
-    double nearest = INFINITY;
-    for (Eigen::Index j = 0; j + 1 < rod.cols(); ++j) {
-      const Vector3d along = rod.col(j + 1) - rod.col(j);
-      const double t = std::clamp((hole - rod.col(j)).dot(along) / along.squaredNorm(), 0.0, 1.0);
-      nearest = std::min(nearest, (hole - rod.col(j) - t * along).norm());
-    }
-    farthest = std::max(farthest, nearest);
-  }
-  return farthest;
+  const auto i = static_cast<std::size_t>(tentacle);
+  return testing_support::DistancesFromRod(LayOut(design).value(), on.rods[i].curve.points,
+                                           on.shape.tentacles[i].centerline.points)
+      .maxCoeff();
 }
 
 TEST(TrueShapeOnRods, ARodAtRestIsTheFoldModel) {

@@ -34,23 +34,49 @@ struct EntangledOptions {
   double distance = 1.0;                           // of the cameras, m
   double elevation = 35 * std::numbers::pi / 180;  // up and down in turn
   int width_px = 1280, height_px = 1024;
-  int every = 2;  // facets with tags
+  int every = 2;                                       // facets with tags
+  double glue_sd = 0.15e-3;                            // of a tag on its facet, each axis in the sheet, m
+  double glue_turn_sd = 0.5 * std::numbers::pi / 180;  // in the sheet, rad
   TruthRanges ranges;
 };
 
 struct EntangledTrial {
   Gripper gripper;
   TentacleDesign design;
-  TagLayout tags;
-  std::vector<Camera> cameras;        // as they are
-  std::vector<Camera> known_cameras;  // as the tracker has them
-  std::vector<TrueShape> shapes;      // (times)
-  std::vector<std::string> doubts;    // of the simulation
+  TagLayout tags;                           // as the tracker has them
+  TagLayout glued_tags;                     // where they really are on their facets
+  std::vector<Camera> cameras;              // as they are
+  std::vector<Camera> known_cameras;        // as the tracker has them
+  std::vector<std::vector<RodShape>> rods;  // (times) x (tentacles)
+  std::vector<TrueShape> shapes;            // (times)
+  std::vector<std::string> doubts;          // of the simulation
   double simulate_seconds = 0;
 };
 
 inline double SecondsOf(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of each hole from the rod's axis, m. Rods are shorter between carrier and hole 0 too, by the pull's share
+// of it; that shift, the same for all holes, is taken off.
+inline Eigen::VectorXd DistancesFromRod(const TentacleLayout& layout, const Eigen::Matrix3Xd& rod,
+                                        const Eigen::Matrix3Xd& holes) {
+  const double place = static_cast<double>(rod.cols() - 1) * -layout.base_z / (layout.tip_z - layout.base_z);
+  const auto piece = static_cast<Eigen::Index>(place);
+  const Eigen::Vector3d start =
+      rod.col(piece) + (place - static_cast<double>(piece)) * (rod.col(piece + 1) - rod.col(piece));
+  Eigen::VectorXd distance(holes.cols());
+  for (Eigen::Index i = 0; i < holes.cols(); ++i) {
+    const Eigen::Vector3d hole = holes.col(i) - holes.col(0) + start;
+    double nearest = INFINITY;
+    for (Eigen::Index j = 0; j + 1 < rod.cols(); ++j) {
+      const Eigen::Vector3d along = rod.col(j + 1) - rod.col(j);
+      const double t = std::clamp((hole - rod.col(j)).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (hole - rod.col(j) - t * along).norm());
+    }
+    distance[i] = nearest;
+  }
+  return distance;
 }
 
 // Looks from around at a box that holds all points, so that they fill the picture; its long side is upright.
@@ -119,8 +145,18 @@ inline Camera Miscalibrated(const Camera& camera, const std::vector<Eigen::Vecto
   return changed(rms_px / std::sqrt(squares / static_cast<double>(points.size())));
 }
 
-// Seeds draw where tentacles hang (carrier radius 55 to 85 mm, tilt -2 to 6 degrees), when each is drawn in,
-// and all that the virtual rig draws.
+inline TagLayout Glued(TagLayout tags, double sd, double turn_sd, std::mt19937_64& random) {
+  for (TagPlace& tag : tags.tags) {
+    const Eigen::Vector3d middle = tag.corners_in_sheet.rowwise().mean();
+    const Eigen::Matrix3d turn = ExpSo3({DrawNormal(random, turn_sd), 0, 0});
+    const Eigen::Vector3d moved = middle + Eigen::Vector3d(0, DrawNormal(random, sd), DrawNormal(random, sd));
+    tag.corners_in_sheet = ((turn * (tag.corners_in_sheet.colwise() - middle)).colwise() + moved).eval();
+  }
+  return tags;
+}
+
+// Seeds draw where tentacles hang (carrier radius 60 to 85 mm, tilt -3 to 2.5 degrees), when each is drawn
+// in, and all that the virtual rig draws.
 inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const EntangledOptions& options) {
   std::mt19937_64 random(seed);
   Result<Scene> read = ReadScene(options.scene);
@@ -129,8 +165,8 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
   scene.seed = seed;
   scene.duration = std::max(options.times.back(), 0.01);
   SceneGripper& hand = *scene.gripper;
-  hand.gripper.carrier_radius = DrawUniform(random, 0.055, 0.085);
-  hand.gripper.tilt = DrawUniform(random, -2, 6) * std::numbers::pi / 180;
+  hand.gripper.carrier_radius = DrawUniform(random, 0.060, 0.085);
+  hand.gripper.tilt = DrawUniform(random, -3, 2.5) * std::numbers::pi / 180;
   hand.design.stiffness_ratio = 1;
   EntangledTrial trial;
   trial.gripper = hand.gripper;
@@ -164,7 +200,8 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
     for (std::size_t i = 0; i < pulls.size(); ++i) {
       const double pull = pulls[i].PullAt(options.times[f]);
       if (f >= run.value().curves[i].curves.size()) {
-        return Error{ErrorKind::kDiverged, "the simulation stopped early"};
+        return Error{ErrorKind::kDiverged, run.value().diverged ? run.value().diverged->Sentence()
+                                                                : "the simulation stopped early"};
       }
       rods.push_back({pull / options.pull_scale, pull, run.value().curves[i].curves[f]});
     }
@@ -176,6 +213,7 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
       }
     }
     trial.shapes.push_back(std::move(shape).value());
+    trial.rods.push_back(std::move(rods));
   }
   TagLayoutOptions tags;
   tags.every = options.every;
@@ -186,6 +224,7 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
   Result<TagLayout> layout = LayOutTags(trial.design, trial.gripper, tags);
   if (!layout.ok()) return layout.error();
   trial.tags = std::move(layout).value();
+  trial.glued_tags = Glued(trial.tags, options.glue_sd, options.glue_turn_sd, random);
   for (int c = 0; c < 4; ++c) {
     trial.cameras.push_back(
         CameraThatHolds(points, (0.25 + 0.5 * c) * std::numbers::pi, options, c % 2 == 0 ? 1 : -1));
@@ -208,7 +247,7 @@ class EntangledFilm {
   EntangledFilm(const EntangledTrial& trial, std::uint64_t seed, TagTrackLevel level = TagTrackLevel::kBest)
       : trial_(trial), random_(seed + 1000003) {
     for (const Camera& camera : trial.cameras) {
-      filming_.push_back(VirtualCamera::Make(camera, trial.tags, trial.design.hole_diameter).value());
+      filming_.push_back(VirtualCamera::Make(camera, trial.glued_tags, trial.design.hole_diameter).value());
       TagTrackOptions options;
       options.level = level;
       options.detect.family = trial.tags.family;
