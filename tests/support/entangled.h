@@ -302,7 +302,7 @@ inline ChainModel KnownOf(const EntangledTrial& trial, const TrueShape& shape, i
 // Loads bend and twist facets, which unloaded tentacles do not do.
 inline ChainOptions LoadedTentacles() {
   ChainOptions chain;
-  chain.sigma_swing = 0.035;
+  chain.sigma_swing = 0.045;
   return chain;
 }
 
