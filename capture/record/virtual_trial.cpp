@@ -19,7 +19,12 @@ namespace tendril {
 namespace {
 
 // Generators that do not depend on each other, so that cameras may draw in any order.
-enum Stream : std::uint32_t { kTruthStream = 0, kServoStream = 1, kFirstCameraStream = 2 };
+enum Stream : std::uint32_t {
+  kTruthStream = 0,
+  kServoStream = 1,
+  kFirstCameraStream = 2,
+  kGlueStream = 1000000
+};
 
 std::mt19937_64 StreamOf(std::uint64_t seed, std::uint32_t stream) {
   std::seed_seq mixed{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), stream};
@@ -182,6 +187,8 @@ Result<RecordPlan> PlanVirtualTrial(TrialSpec trial, const VirtualTrialOptions& 
                                          {trial.pull, trial.pull_rate}, object, options.ranges, random);
   if (!drawn.ok()) return drawn.error();
   const auto truth = std::make_shared<const VirtualTruth>(std::move(drawn).value());
+  std::mt19937_64 hands = StreamOf(options.seed, kGlueStream);
+  const TagLayout glued = GlueTags(tags.value(), options.ranges, hands);
 
   const double end = trial.pull / (trial.pull_rate - options.ranges.rate_perturbation) +
                      options.ranges.largest_delay + options.hold;
@@ -195,7 +202,7 @@ Result<RecordPlan> PlanVirtualTrial(TrialSpec trial, const VirtualTrialOptions& 
   RecordPlan plan;
   for (std::size_t i = 0; i < rig.value().cameras.size(); ++i) {
     Result<VirtualCamera> camera =
-        VirtualCamera::Make(rig.value().cameras[i], tags.value(), trial.design.hole_diameter, options.optics);
+        VirtualCamera::Make(rig.value().cameras[i], glued, trial.design.hole_diameter, options.optics);
     if (!camera.ok()) return camera.error();
     plan.cameras.push_back(std::make_unique<VirtualFrameSource>(
         truth, std::move(camera).value(), times,

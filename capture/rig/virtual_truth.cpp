@@ -27,6 +27,8 @@ Status CheckRanges(const TruthRanges& r) {
                                                 {"base_angle_sd", r.base_angle_sd},
                                                 {"largest_delay", r.largest_delay},
                                                 {"rate_perturbation", r.rate_perturbation},
+                                                {"tag_place_sd", r.tag_place_sd},
+                                                {"tag_turn_sd", r.tag_turn_sd},
                                                 {"object_position_sd", r.object_position_sd},
                                                 {"object_angle_sd", r.object_angle_sd}};
   for (const auto& [name, value] : all) {
@@ -138,6 +140,19 @@ Result<VirtualTruth> DrawTruth(const TentacleDesign& design, const Gripper& grip
   truth.object.center += DrawVector(random, ranges.object_position_sd);
   truth.object.axis = RotationOfVector(DrawVector(random, ranges.object_angle_sd)) * object.axis.normalized();
   return truth;
+}
+
+TagLayout GlueTags(const TagLayout& drawn, const TruthRanges& ranges, std::mt19937_64& random) {
+  TagLayout glued = drawn;
+  for (TagPlace& tag : glued.tags) {
+    const double y = DrawNormal(random, ranges.tag_place_sd);
+    const double z = DrawNormal(random, ranges.tag_place_sd);
+    const Eigen::AngleAxisd turn(DrawNormal(random, ranges.tag_turn_sd), Vector3::UnitX());
+    const Vector3 middle = tag.corners_in_sheet.rowwise().mean();
+    const Eigen::Matrix<double, 3, 4> arms = tag.corners_in_sheet.colwise() - middle;
+    tag.corners_in_sheet = (turn.toRotationMatrix() * arms).colwise() + (middle + Vector3(0, y, z));
+  }
+  return glued;
 }
 
 double CommandAt(const VirtualTruth& truth, int tentacle, double time) {

@@ -38,7 +38,9 @@ struct TruthRanges {
   double base_angle_sd = 0.5 * std::numbers::pi / 180;    // about each axis, rad
   double largest_delay = 0.5;                             // uniform from 0, s; paper, Methods
   double rate_perturbation = 0.001875;  // uniform between minus and plus, 1/s; paper, Methods
-  double object_position_sd = 0.005;    // each axis, m
+  double tag_place_sd = 0.10e-3;        // glue: a tag against its drawn place, along the sheet's y and z, m
+  double tag_turn_sd = 0.4 * std::numbers::pi / 180;      // glue: likewise, about the sheet's normal, rad
+  double object_position_sd = 0.005;                      // each axis, m
   double object_angle_sd = 3.0 * std::numbers::pi / 180;  // about each axis, rad
 };
 
@@ -79,6 +81,9 @@ struct VirtualTruth {
 Result<VirtualTruth> DrawTruth(const TentacleDesign& design, const Gripper& gripper, const TrueFold& fold,
                                const PullCommand& command, const VirtualCylinder& object,
                                const TruthRanges& ranges, std::mt19937_64& random);
+
+// The same tags where somebody's hands put them: each moved and turned within the sheet's plane.
+TagLayout GlueTags(const TagLayout& drawn, const TruthRanges& ranges, std::mt19937_64& random);
 
 // A flat piece of a bent facet.
 struct TrueStrip {

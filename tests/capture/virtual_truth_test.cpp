@@ -160,6 +160,32 @@ TEST(DrawTruth, DeviationsHaveTheStatedSize) {
   EXPECT_NEAR(std::sqrt(bend / n) / ranges.facet_bend_sd, 1, 0.065);
 }
 
+TEST(GlueTags, MovesAndTurnsTagsInTheSheetsPlaneByTheStatedDeviations) {
+  const TruthRanges ranges;
+  Gripper five;
+  five.tentacles = 5;
+  const TagLayout drawn = LayOutTags(TentacleDesign{}, five).value();
+  std::mt19937_64 random(17);
+  double place = 0, turn = 0;
+  const TagLayout glued = GlueTags(drawn, ranges, random);
+  for (std::size_t i = 0; i < drawn.tags.size(); ++i) {
+    const Eigen::Matrix<double, 3, 4>& was = drawn.tags[i].corners_in_sheet;
+    const Eigen::Matrix<double, 3, 4>& is = glued.tags[i].corners_in_sheet;
+    EXPECT_LT((is - was).row(0).norm(), 1e-15);
+    const Vector3 moved = (is - was).rowwise().mean();
+    place += moved.squaredNorm() / 2;
+    const Vector3 before = was.col(1) - was.col(0), after = is.col(1) - is.col(0);
+    EXPECT_NEAR(after.norm(), before.norm(), 1e-12);
+    turn += std::pow(std::asin(before.cross(after).x() / before.squaredNorm()), 2);
+  }
+  const auto count = static_cast<double>(drawn.tags.size());  // 490: a deviation is known to 3.2 %
+  EXPECT_NEAR(std::sqrt(place / count) / ranges.tag_place_sd, 1, 0.10);
+  EXPECT_NEAR(std::sqrt(turn / count) / ranges.tag_turn_sd, 1, 0.13);
+  TruthRanges none;
+  none.tag_place_sd = none.tag_turn_sd = 0;
+  EXPECT_EQ(GlueTags(drawn, none, random).tags[5].corners_in_sheet, drawn.tags[5].corners_in_sheet);
+}
+
 TEST(DrawTruth, TheSameSeedGivesTheSameTrial) {
   const auto tip = [](std::uint64_t seed) {
     return Vector3(ShapeAt(Draw(TruthRanges{}, seed), 10).tentacles[1].centerline.points.col(48));
