@@ -4,7 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <random>
 
+#include "capture/rig/portable_random.h"
 #include "model/check.h"
 #include "model/fold/facet_chain.h"
 
@@ -43,13 +45,30 @@ FramedCurve CurveOfFacets(const TentacleLayout& layout, const std::vector<FacetS
   return NodesAtHoles(tendon);
 }
 
+namespace {
+
+// Three orthonormal rows of so many columns, in no particular direction.
+Eigen::Matrix3Xd AnyOrthonormalRows(int columns, std::mt19937_64& random) {
+  Eigen::Matrix3Xd rows(3, columns);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < columns; ++c) rows(r, c) = DrawUniform(random, -1, 1);
+    for (int before = 0; before < r; ++before) {
+      rows.row(r) -= rows.row(r).dot(rows.row(before)) * rows.row(before);
+    }
+    rows.row(r).normalize();
+  }
+  return rows;
+}
+
+}  // namespace
+
 Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank) {
   const int size = static_cast<int>(covariance.rows());
   TENDRIL_CHECK(covariance.cols() == size && size % 3 == 0 && rank >= 12);
-  const int shared = std::min(4, size / 3);  // groups of three columns for the rest
-  const int largest = std::clamp(rank - 3 * shared, 0, size);
+  const int shared = std::min(12, size);  // columns for the rest
+  const int largest = std::clamp(rank - shared, 0, size);
   Eigen::MatrixXd rest = covariance;
-  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(size, largest + 3 * shared);
+  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(size, largest + shared);
   for (int c = 0; c < largest; ++c) {
     int pivot = 0;
     const double most = rest.diagonal().maxCoeff(&pivot);
@@ -58,11 +77,13 @@ Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank) 
     factor.col(c) = column;
     rest.noalias() -= column * column.transpose();
   }
+  std::mt19937_64 random(1);
   for (int node = 0; node < size / 3; ++node) {
     const Eigen::Matrix3d own = rest.block<3, 3>(3 * node, 3 * node);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(own);  // tiny negative values come of rounding
-    factor.block<3, 3>(3 * node, largest + 3 * (node % shared)) =
+    const Eigen::Matrix3d root =
         eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+    factor.block(3 * node, largest, 3, shared) = root * AnyOrthonormalRows(shared, random);
   }
   return factor;
 }

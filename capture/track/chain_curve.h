@@ -14,8 +14,8 @@ namespace tendril {
 FramedCurve CurveOfFacets(const TentacleLayout& layout, const std::vector<FacetState>& facets);
 
 // F with F F^T close to `covariance` (3 nodes square): the largest part by pivoted Cholesky, the rest as an
-// error of each node for itself. A node's own 3 x 3 block is exact. Nodes share the columns of the rest with
-// distant ones, which adds correlations between nodes that are far apart, no larger than that rest.
+// error of each node for itself. A node's own 3 x 3 block is exact. All nodes share 12 columns for that rest,
+// each turned its own way, which adds correlations of either sign between nodes, of 0.3 of the rest.
 //   rank  columns, at least 12; no more than 3 nodes are made
 Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank);
 

@@ -22,11 +22,11 @@ void FitViews(const ChainProblem& problem, const std::vector<FacetState>& facets
     const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[facet]);
     const Eigen::Vector3d center = view.place->corners_in_sheet.rowwise().mean();
     const FacetState& state = facets[facet];
-    at.views[v] =
-        FitOfView(problem.cameras[view.camera], view.place->corners_in_sheet, view.corners_px,
-                  options.sigma_corner_px, state.rotation, state.hole + state.rotation * (center - hole));
+    at.views[v] = FitOfView(problem.cameras[view.camera], view.place->corners_in_sheet, view.corners_px,
+                            SigmaOfView(view.sigma_px, options), state.rotation,
+                            state.hole + state.rotation * (center - hole));
     if (at.views[v]) {
-      at.view_cost[v] = WithSlop(*at.views[v], options.sigma_tag_turn, options.sigma_tag_place).cost;
+      at.view_cost[v] = WithSlop(*at.views[v], SlopOfTag(options, state.rotation)).cost;
     }
   }
 }
@@ -70,7 +70,7 @@ void Assemble(const ChainProblem& problem, const std::vector<FacetState>& facets
     ViewFit sum;
     if (!SumOfViews(at, weight, members, sum)) continue;
     const TagPlace& place = *problem.views[members.front()].place;
-    const ViewFit tag = WithSlop(sum, options.sigma_tag_turn, options.sigma_tag_place);
+    const ViewFit tag = WithSlop(sum, SlopOfTag(options, facets[place.facet].rotation));
     at.cost += tag.cost;
     const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[place.facet]);
     const Eigen::Vector3d center = place.corners_in_sheet.rowwise().mean();
@@ -110,12 +110,13 @@ ChainProblem MakeChainProblem(const ChainModel& model, std::span<const Camera> c
     problem.creases.push_back(GeometryOfCrease(layout, i));
     // A crease that the law has closed stays closed when the tendon is pulled a little more or less.
     const bool closed = model.expected_angle[i] > model.closed_angle - 1e-6;
-    problem.priors.push_back({.expected_angle = model.expected_angle[i],
-                              .compliance = closed ? 0.2 : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
-                              .sigma_gap = options.sigma_gap,
-                              .sigma_swing = options.sigma_swing,
-                              .sigma_angle = options.sigma_angle,
-                              .sigma_walk = options.sigma_opening_walk});
+    problem.priors.push_back(
+        {.expected_angle = model.expected_angle[i],
+         .compliance = closed ? 0.2 : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
+         .sigma_gap = {options.sigma_gap, options.sigma_gap_flat, options.sigma_gap_flat},
+         .sigma_swing = options.sigma_swing,
+         .sigma_angle = options.sigma_angle,
+         .sigma_walk = options.sigma_opening_walk});
   }
   problem.nominal = NominalChain(model);
   std::map<int, std::vector<int>> by_tag;
@@ -152,6 +153,8 @@ void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
   FitViews(problem, run.facets, run.at);
   renew();
   Assemble(problem, run.facets, run.weight, run.at);
+  // Robust weights settle slowly and are only to lead into the right valley: the frozen fit does the rest.
+  const double enough = frozen ? 1e-4 : 1e-1;
   double damping = 1e-4;
   run.converged = false;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
@@ -200,7 +203,7 @@ void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
     renew();
     Assemble(problem, run.facets, run.weight, run.at);
     // Steps of a micrometre and of 20 microradians are far below any sigma.
-    if ((largest_turn < 2e-5 && largest_move < 1e-6) || gain < 1e-5 * (1 + 1e-3 * run.at.cost)) {
+    if ((largest_turn < 2e-5 && largest_move < 1e-6) || gain < enough * (1 + 1e-3 * run.at.cost)) {
       run.converged = true;
       return;
     }

@@ -83,17 +83,18 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
   Eigen::Matrix<double, kResiduals, 2 * kFacetSize> jacobian;
   jacobian.setZero();
 
-  // The crease's centre as either facet carries it.
-  residual.head<3>() =
-      (after.hole + after.rotation * crease.arm_after - before.hole - before.rotation * crease.arm_before) /
-      prior.sigma_gap;
-  jacobian.block<3, 3>(0, 0) = before.rotation * CrossMatrix(crease.arm_before) / prior.sigma_gap;
-  jacobian.block<3, 3>(0, 3) = -Eigen::Matrix3d::Identity() / prior.sigma_gap;
-  jacobian.block<3, 3>(0, kAfter) = -after.rotation * CrossMatrix(crease.arm_after) / prior.sigma_gap;
-  jacobian.block<3, 3>(0, kAfter + 3) = Eigen::Matrix3d::Identity() / prior.sigma_gap;
+  // The crease's centre as the facet after carries it, in the sheet of the facet before.
+  const Eigen::Matrix3d relative = before.rotation.transpose() * after.rotation;
+  const Eigen::Vector3d turned_arm = relative * crease.arm_after;
+  const Eigen::Vector3d apart = before.rotation.transpose() * (after.hole - before.hole);
+  const Eigen::Vector3d firm = prior.sigma_gap.cwiseInverse();
+  residual.head<3>() = firm.cwiseProduct(apart + turned_arm - crease.arm_before);
+  jacobian.block<3, 3>(0, 0) = firm.asDiagonal() * CrossMatrix(apart + turned_arm);
+  jacobian.block<3, 3>(0, 3) = -(firm.asDiagonal() * before.rotation.transpose());
+  jacobian.block<3, 3>(0, kAfter) = -(firm.asDiagonal() * relative * CrossMatrix(crease.arm_after));
+  jacobian.block<3, 3>(0, kAfter + 3) = firm.asDiagonal() * before.rotation.transpose();
 
   // The crease's direction as either facet carries it: two components across it.
-  const Eigen::Matrix3d relative = before.rotation.transpose() * after.rotation;
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
   const Eigen::Vector3d turned_along = relative * crease.along;
   Eigen::Matrix<double, 2, 3> sideways;
@@ -138,7 +139,7 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
 }
 
 std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<double, 3, 4>& corners_in_sheet,
-                                 const Eigen::Matrix<double, 2, 4>& observed_px, double sigma_px,
+                                 const Eigen::Matrix<double, 2, 4>& observed_px, const CornerSigma& sigma_px,
                                  const Eigen::Matrix3d& lab_from_sheet_rotation,
                                  const Eigen::Vector3d& tag_center_in_lab) {
   using Jet = ceres::Jet<double, 3>;
@@ -158,11 +159,25 @@ std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<doubl
     const Eigen::Vector2<Jet> pixel = ProjectInCamera<Jet>(camera, moving);
     Eigen::Matrix<double, 2, 3> by_camera;
     by_camera << pixel.x().v.transpose(), pixel.y().v.transpose();
-    by_camera /= sigma_px;
-    residual[2 * c] = (pixel.x().a - observed_px(0, c)) / sigma_px;
-    residual[2 * c + 1] = (pixel.y().a - observed_px(1, c)) / sigma_px;
+    by_camera /= sigma_px.alone;
+    residual[2 * c] = (pixel.x().a - observed_px(0, c)) / sigma_px.alone;
+    residual[2 * c + 1] = (pixel.y().a - observed_px(1, c)) / sigma_px.alone;
     jacobian.block<2, 3>(2 * c, 0) = -by_camera * camera_from_sheet * CrossMatrix(arm);
     jacobian.block<2, 3>(2 * c, 3) = by_camera * camera_from_lab;
+  }
+  // What the corners have in common counts less: whitened by the root of (alone^2 I + shared^2 1 1^T)^-1.
+  const double excess = 1 - sigma_px.alone / std::hypot(sigma_px.alone, 2 * sigma_px.shared);
+  for (int axis = 0; axis < 2; ++axis) {
+    double mean = 0;
+    Eigen::Matrix<double, 1, 6> slope = Eigen::Matrix<double, 1, 6>::Zero();
+    for (int row = axis; row < 8; row += 2) {
+      mean += 0.25 * residual[row];
+      slope += 0.25 * jacobian.row(row);
+    }
+    for (int row = axis; row < 8; row += 2) {
+      residual[row] -= excess * mean;
+      jacobian.row(row) -= excess * slope;
+    }
   }
   ViewFit fit;
   fit.cost = residual.squaredNorm();
@@ -174,17 +189,17 @@ std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<doubl
 
 namespace {
 
-Eigen::Matrix<double, 6, 6> Loosened(const ViewFit& views, double sigma_rotation, double sigma_place) {
+Eigen::Matrix<double, 6, 6> Loosened(const ViewFit& views, const TagSlop& slop) {
   Eigen::Matrix<double, 6, 6> loosened = views.hessian;
-  loosened.diagonal().head<3>().array() += 1 / (sigma_rotation * sigma_rotation);
-  loosened.diagonal().tail<3>().array() += 1 / (sigma_place * sigma_place);
+  loosened.diagonal().head<3>() += slop.turn_weight;
+  loosened.bottomRightCorner<3, 3>() += slop.place_weight;
   return loosened;
 }
 
 }  // namespace
 
-ViewFit WithSlop(const ViewFit& views, double sigma_rotation, double sigma_place) {
-  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> loosened(Loosened(views, sigma_rotation, sigma_place));
+ViewFit WithSlop(const ViewFit& views, const TagSlop& slop) {
+  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> loosened(Loosened(views, slop));
   ViewFit fit;
   const Eigen::Matrix<double, 6, 1> pulled = loosened.solve(views.gradient);
   fit.cost = views.cost - views.gradient.dot(pulled);
@@ -194,10 +209,21 @@ ViewFit WithSlop(const ViewFit& views, double sigma_rotation, double sigma_place
   return fit;
 }
 
-double CostAtBestPlace(const ViewFit& views, double sigma_rotation, double sigma_place) {
-  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> loosened(Loosened(views, sigma_rotation, sigma_place));
-  const Eigen::Matrix<double, 6, 1> slop = -loosened.solve(views.gradient);
-  return std::max(0.0, views.cost + 2 * views.gradient.dot(slop) + slop.dot(views.hessian * slop));
+Eigen::Matrix<double, 6, 1> MostProbableStep(const ViewFit& views, const TagSlop& slop) {
+  return -Loosened(views, slop).llt().solve(views.gradient);
+}
+
+FacetVector PullOnFacet(const ViewFit& views, const TagSlop& slop,
+                        const Eigen::Matrix<double, 6, 1>& gradient,
+                        const Eigen::Matrix3d& lab_from_sheet_rotation,
+                        const Eigen::Vector3d& hole_to_tag_in_sheet) {
+  const Eigen::Matrix<double, 6, 1> left =
+      gradient - views.hessian * Loosened(views, slop).llt().solve(gradient);
+  FacetVector pull = FacetVector::Zero();
+  pull.head<6>() = left;
+  pull.head<3>() +=
+      (lab_from_sheet_rotation * CrossMatrix(hole_to_tag_in_sheet)).transpose() * -left.tail<3>();
+  return pull;
 }
 
 void AddToFacet(const ViewFit& tag, const Eigen::Matrix3d& lab_from_sheet_rotation,

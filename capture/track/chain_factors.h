@@ -46,12 +46,13 @@ double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& bef
 
 // What is expected of a crease, and how firmly.
 struct CreasePrior {
-  double expected_angle = 0;   // phi by the fold law, rad
-  double compliance = 1;       // how far this crease goes per unit of `opening`
-  double sigma_gap = 0.25e-3;  // mismatch of the two facets' creases, each axis, m
-  double sigma_swing = 0.02;   // turning about other axes than the crease, rad
-  double sigma_angle = 0.09;   // phi about its expectation, rad
-  double sigma_walk = 0.02;    // change of `opening` from one facet to the next, rad
+  double expected_angle = 0;  // phi by the fold law, rad
+  double compliance = 1;      // how far this crease goes per unit of `opening`
+  // Mismatch of the two facets' creases along the sheet's axes of the facet before, m.
+  Eigen::Vector3d sigma_gap = {0.25e-3, 0.25e-3, 0.25e-3};
+  double sigma_swing = 0.02;  // turning about other axes than the crease, rad
+  double sigma_angle = 0.09;  // phi about its expectation, rad
+  double sigma_walk = 0.02;   // change of `opening` from one facet to the next, rad
 };
 
 // cost = sum of squared residuals; its gradient / 2 and Gauss-Newton Hessian / 2 over both facets' steps.
@@ -71,20 +72,37 @@ struct ViewFit {
   Eigen::Matrix<double, 6, 6> hessian;
 };
 
+// 1-sigma error of a coordinate of a view's corners, px.
+struct CornerSigma {
+  double alone = 0;   // of each corner by itself, > 0
+  double shared = 0;  // of all four together
+};
+
 // corners_in_sheet, observed_px: in the same order. None if a corner is behind the camera.
 std::optional<ViewFit> FitOfView(const Camera& camera, const Eigen::Matrix<double, 3, 4>& corners_in_sheet,
-                                 const Eigen::Matrix<double, 2, 4>& observed_px, double sigma_px,
+                                 const Eigen::Matrix<double, 2, 4>& observed_px, const CornerSigma& sigma_px,
                                  const Eigen::Matrix3d& lab_from_sheet_rotation,
                                  const Eigen::Vector3d& tag_center_in_lab);
 
-// The same views of one tag once the tag may sit a little off its place on the facet: turned by
-// sigma_rotation and moved by sigma_place on each axis. The slop is integrated out, so what the views say
-// about the tag's place is weaker, and the same for all cameras that see the tag.
-ViewFit WithSlop(const ViewFit& views, double sigma_rotation, double sigma_place);
+// How far a tag may sit off its place on the facet: weights (1 / variance) of a rigid step of the tag.
+struct TagSlop {
+  Eigen::Vector3d turn_weight;   // about the sheet's axes, 1/rad^2
+  Eigen::Matrix3d place_weight;  // in the lab, 1/m^2
+};
 
-// Mean square distance between the views' corners and the tag at its most probable place, px^2 times the
-// number of corners / sigma_px^2.
-double CostAtBestPlace(const ViewFit& views, double sigma_rotation, double sigma_place);
+// The same views of one tag once the tag may sit a little off its place on the facet. The slop is integrated
+// out, so what the views say about the tag's place is weaker, and the same for all cameras that see the tag.
+ViewFit WithSlop(const ViewFit& views, const TagSlop& slop);
+
+// The step that takes the tag from its place on the facet to where its views and the slop would have it.
+Eigen::Matrix<double, 6, 1> MostProbableStep(const ViewFit& views, const TagSlop& slop);
+
+// What one view's gradient (over a step of the tag) does to the facet's, once the tag's slop has taken its
+// part; `views` are all of the tag.
+FacetVector PullOnFacet(const ViewFit& views, const TagSlop& slop,
+                        const Eigen::Matrix<double, 6, 1>& gradient,
+                        const Eigen::Matrix3d& lab_from_sheet_rotation,
+                        const Eigen::Vector3d& hole_to_tag_in_sheet);
 
 // From a step of the tag to a step of the facet: adds to the pose's part of gradient and Hessian.
 void AddToFacet(const ViewFit& tag, const Eigen::Matrix3d& lab_from_sheet_rotation,

@@ -17,6 +17,7 @@ ViewFit ShareOfView(const ChainProblem& problem, const Descent& run, const std::
   ViewFit share{.cost = 0,
                 .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
                 .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
+  const TagSlop slop = SlopOfTag(options, run.facets[place.facet].rotation);
   for (const bool with : {true, false}) {
     ViewFit sum = {.cost = 0,
                    .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
@@ -28,7 +29,7 @@ ViewFit ShareOfView(const ChainProblem& problem, const Descent& run, const std::
       sum.gradient += run.at.views[v]->gradient;
       sum.hessian += run.at.views[v]->hessian;
     }
-    const ViewFit tag = WithSlop(sum, options.sigma_tag_turn, options.sigma_tag_place);
+    const ViewFit tag = WithSlop(sum, slop);
     FacetVector gradient = FacetVector::Zero();
     FacetMatrix hessian = FacetMatrix::Zero();
     AddToFacet(tag, run.facets[place.facet].rotation, arm, gradient, hessian);

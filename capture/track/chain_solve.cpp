@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "capture/track/chain_calibration.h"
 #include "capture/track/chain_curve.h"
 #include "capture/track/chain_descent.h"
 #include "capture/track/chain_judge.h"
@@ -39,7 +40,7 @@ bool IsDoubtful(const ChainProblem& problem, const Descent& run) {
   const double used = std::accumulate(run.weight.begin(), run.weight.end(), 0.0);
   const double total = static_cast<double>(run.weight.size());
   if (problem.views.empty()) return false;
-  return !run.converged || used < 0.85 * total || run.at.cost > 0.8 * kCornerNumbers * used;
+  return !run.converged || used < 0.85 * total || run.at.cost > 1.5 * kCornerNumbers * used;
 }
 
 // Whether two cameras see at least half of the facets that are seen.
@@ -70,18 +71,32 @@ bool IsNear(const ChainProblem& problem, const std::vector<FacetState>& facets) 
   return 2 * near >= problem.views.size();
 }
 
+// Of the corners about their tags, each tag at its most probable place, as the cameras are calibrated.
 double RmsReprojection(const ChainProblem& problem, const Descent& run) {
-  const ChainOptions& options = *problem.options;
   double squares = 0;
   int corners = 0;
   for (const std::vector<int>& members : problem.tags) {
     ViewFit sum;
     if (!SumOfViews(run.at, run.weight, members, sum)) continue;
-    squares += CostAtBestPlace(sum, options.sigma_tag_turn, options.sigma_tag_place);
-    for (const int v : members) corners += run.weight[v] > 0 ? 4 : 0;
+    const TagPlace& place = *problem.views[members.front()].place;
+    const FacetState& facet = run.facets[place.facet];
+    const auto step = MostProbableStep(sum, SlopOfTag(*problem.options, facet.rotation));
+    const Eigen::Vector3d hole(0, 0, problem.model->layout.hole_z[place.facet]);
+    const Eigen::Vector3d middle = place.corners_in_sheet.rowwise().mean();
+    const Eigen::Vector3d center = facet.hole + facet.rotation * (middle - hole) + step.tail<3>();
+    const Eigen::Matrix3d rotation = facet.rotation * RotationOf(step.head<3>());
+    for (const int v : members) {
+      if (!run.at.views[v] || !(run.weight[v] > 0)) continue;
+      const Camera& camera = problem.cameras[problem.views[v].camera];
+      for (int c = 0; c < 4; ++c) {
+        const auto pixel = Project(camera, center + rotation * (place.corners_in_sheet.col(c) - middle));
+        if (!pixel) continue;
+        squares += (*pixel - problem.views[v].corners_px.col(c)).squaredNorm();
+        ++corners;
+      }
+    }
   }
-  return corners > 0 ? std::sqrt(squares / corners) * options.sigma_corner_px
-                     : std::numeric_limits<double>::quiet_NaN();
+  return corners > 0 ? std::sqrt(squares / corners) : std::numeric_limits<double>::quiet_NaN();
 }
 
 // Which nodes count as seen, bridged and not seen, from the holes' covariance.
@@ -182,7 +197,13 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   Eigen::MatrixXd covariance;
   if (cholesky.ok()) {
     covariance = inflation * cholesky.HoleCovariance();
-    covariance.diagonal().array() += options.sigma_hole * options.sigma_hole;
+    if (options.sigma_calibration_px > 0 && solution.views_used > 0) {
+      const Eigen::MatrixXd moved = HolesByCalibration(problem, *best, cholesky);
+      covariance.noalias() += moved * moved.transpose();
+    }
+    for (int i = 0; i < holes; ++i) {
+      covariance.block<3, 3>(3 * i, 3 * i) += HoleSlop(options, best->facets[i].rotation);
+    }
   } else {
     covariance = Eigen::MatrixXd::Constant(3 * holes, 3 * holes, 0);
     covariance.diagonal().setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -9,12 +9,13 @@
 // SI units, rad, px; lab frame. Facets, holes and creases are numbered from the base (model/fold/design.h).
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "capture/rig/camera_model.h"
 #include "capture/rig/tag_layout.h"
-#include "capture/track/chain_factors.h"
+#include "capture/track/chain_options.h"
 #include "model/fold/design.h"
 #include "model/geometry/framed_curve.h"
 
@@ -25,6 +26,8 @@ struct TagView {
   int camera = 0;
   const TagPlace* place = nullptr;         // outlives the call
   Eigen::Matrix<double, 2, 4> corners_px;  // in the place's order
+  // Stated error of a corner's coordinate, root mean square of the eight; NaN: not known.
+  double sigma_px = std::numeric_limits<double>::quiet_NaN();
 };
 
 // What is known of a tentacle before it is seen.
@@ -33,29 +36,6 @@ struct ChainModel {
   Eigen::VectorXd expected_angle;  // phi_i by the fold law at the commanded pull, rad             (creases)
   double closed_angle = 1.5707963267948966;                             // phi_max, rad
   Eigen::Isometry3d lab_from_tentacle = Eigen::Isometry3d::Identity();  // where the gripper holds it
-};
-
-// How firmly each piece of knowledge is held: 1-sigma values.
-struct ChainOptions {
-  double sigma_corner_px = 0.12;      // the detector's corners
-  double sigma_tag_place = 0.15e-3;   // a tag against its place on the facet, each axis, m
-  double sigma_tag_turn = 0.015;      // likewise, and the facet's bending, each axis, rad
-  double sigma_hole = 0.10e-3;        // a hole against its place on the facet, each axis, m
-  double sigma_gap = 0.20e-3;         // a crease as carried by its two facets, each axis, m
-  double sigma_swing = 0.015;         // turning about other axes than the crease, rad
-  double sigma_angle = 0.05;          // a crease's phi about what its neighbours suggest, rad
-  double sigma_opening = 0.20;        // how far the whole tentacle opens or closes beyond the law, rad
-  double sigma_opening_walk = 0.015;  // change of that from one crease to the next, rad
-  double sigma_base_place = 1.5e-3;   // hole 0 against its nominal place, each axis, m
-  double sigma_base_turn = 0.03;      // its facet likewise, about other axes than the crease, rad
-  double sigma_base_fold = 0.15;      // and about its crease, rad
-  // Of a view about what all else predicts, per corner coordinate; beyond it the view is left out.
-  double largest_chi_square = 6;
-  // A hole is "not seen" (sigma NaN) if its facet was not and either holds:
-  double farthest_seen = 0.15;   // m along the sheet to the nearest facet that was seen
-  double largest_sigma = 0.020;  // m
-  int covariance_rank = 36;      // columns of the covariance factor, about; 0: none
-  int max_iterations = 60;
 };
 
 struct ChainSolution {

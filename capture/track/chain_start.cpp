@@ -83,18 +83,19 @@ struct PoseFit {
 PoseFit FitOfPose(const ChainModel& model, std::span<const Camera> cameras, std::span<const TagView> views,
                   const std::vector<int>& members, const ChainOptions& options, const FacetState& state) {
   PoseFit fit;
+  const TagSlop slop = SlopOfTag(options, state.rotation);
   for (const int v : members) {
     const TagView& view = views[v];
     const Eigen::Vector3d hole(0, 0, model.layout.hole_z[view.place->facet]);
     const Eigen::Vector3d arm = view.place->corners_in_sheet.rowwise().mean() - hole;
     const std::optional<ViewFit> seen =
         FitOfView(cameras[view.camera], view.place->corners_in_sheet, view.corners_px,
-                  options.sigma_corner_px, state.rotation, state.hole + state.rotation * arm);
+                  SigmaOfView(view.sigma_px, options), state.rotation, state.hole + state.rotation * arm);
     if (!seen) {
       fit.cost += kViewBound;
       continue;
     }
-    ViewFit loose = WithSlop(*seen, options.sigma_tag_turn, options.sigma_tag_place);
+    ViewFit loose = WithSlop(*seen, slop);
     fit.cost += kViewBound * loose.cost / (kViewBound + loose.cost);
     // The bounded cost's own weight (Geman-McClure): a view that disagrees hardly pulls.
     const double root = kViewBound / (kViewBound + loose.cost);

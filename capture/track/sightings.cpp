@@ -28,7 +28,7 @@ Sightings SortSightings(const std::vector<DetectionRow>& rows, const std::vector
     if (place == nullptr) ++sorted.unknown_tags;
     if (place == nullptr || frame < 0) continue;
     sorted.views[static_cast<std::size_t>(frame)][static_cast<std::size_t>(place->tentacle)].push_back(
-        {.camera = row.camera, .place = place, .corners_px = row.corners_px});
+        {.camera = row.camera, .place = place, .corners_px = row.corners_px, .sigma_px = row.sigma_px});
   }
   return sorted;
 }

@@ -66,14 +66,14 @@ TEST(FitOfView, GradientIsHalfTheSlopeOfTheCost) {
     const Eigen::Vector3d arm = corners.col(c) - corners.rowwise().mean();
     observed.col(c) = Project(camera, center + state.rotation * arm).value() + Eigen::Vector2d(1.5 * c, -2);
   }
-  const std::optional<ViewFit> fit = FitOfView(camera, corners, observed, 0.5, state.rotation, center);
+  const std::optional<ViewFit> fit = FitOfView(camera, corners, observed, {0.5, 0.3}, state.rotation, center);
   ASSERT_TRUE(fit.has_value());
   for (int k = 0; k < 6; ++k) {
     constexpr double kStep = 1e-6;
     const auto cost = [&](double step) {
       Eigen::Matrix<double, 6, 1> moved = Eigen::Matrix<double, 6, 1>::Zero();
       moved[k] = step;
-      return FitOfView(camera, corners, observed, 0.5, state.rotation * RotationOf(moved.head<3>()),
+      return FitOfView(camera, corners, observed, {0.5, 0.3}, state.rotation * RotationOf(moved.head<3>()),
                        center + moved.tail<3>())
           ->cost;
     };
@@ -82,7 +82,30 @@ TEST(FitOfView, GradientIsHalfTheSlopeOfTheCost) {
   }
   // Behind the camera there is nothing to compare.
   const Eigen::Vector3d behind = camera.camera_from_lab.inverse() * Eigen::Vector3d(0, 0, -1);
-  EXPECT_FALSE(FitOfView(camera, corners, observed, 0.5, state.rotation, behind).has_value());
+  EXPECT_FALSE(FitOfView(camera, corners, observed, {0.5, 0.3}, state.rotation, behind).has_value());
+}
+
+TEST(FitOfView, CostIsTheChiSquareUnderNoiseThatCornersShare) {
+  const Camera camera = testing_support::CamerasAround(1).front();
+  Eigen::Matrix<double, 3, 4> corners;
+  corners << 0, 0, 0, 0, -0.003, 0.003, 0.003, -0.003, 0.1, 0.1, 0.106, 0.106;
+  const Eigen::Vector3d center(0.12, 0, -0.3);
+  Eigen::Matrix<double, 2, 4> observed;
+  Eigen::Matrix<double, 2, 4> off;
+  off << 1, 2, -1, 3, 0.2, 0.1, 0.5, -2;
+  for (int c = 0; c < 4; ++c) {
+    const Eigen::Vector3d arm = corners.col(c) - corners.rowwise().mean();
+    observed.col(c) = Project(camera, center + arm).value() + off.col(c);
+  }
+  const double alone = 0.07, shared = 0.2;
+  const Eigen::Matrix4d covariance =
+      alone * alone * Eigen::Matrix4d::Identity() + shared * shared * Eigen::Matrix4d::Ones();
+  double expected = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    expected += off.row(axis) * covariance.inverse() * off.row(axis).transpose();
+  const auto fit = FitOfView(camera, corners, observed, {alone, shared}, Eigen::Matrix3d::Identity(), center);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(fit->cost, expected, 1e-6 * expected);
 }
 
 TEST(WithSlop, IsTheMarginalOfTheFullQuadratic) {
@@ -90,7 +113,8 @@ TEST(WithSlop, IsTheMarginalOfTheFullQuadratic) {
   Eigen::Matrix<double, 6, 6> root = Eigen::Matrix<double, 6, 6>::Random();
   ViewFit fit{
       .cost = 7, .gradient = Eigen::Matrix<double, 6, 1>::Random(), .hessian = root * root.transpose()};
-  const ViewFit loose = WithSlop(fit, 0.5, 2.0);
+  const ViewFit loose = WithSlop(
+      fit, {.turn_weight = Eigen::Vector3d::Constant(4), .place_weight = 0.25 * Eigen::Matrix3d::Identity()});
   Eigen::Matrix<double, 6, 1> weight;
   weight << 4, 4, 4, 0.25, 0.25, 0.25;
   const Eigen::Matrix<double, 6, 1> x = 0.3 * Eigen::Matrix<double, 6, 1>::Random();

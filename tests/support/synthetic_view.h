@@ -3,6 +3,7 @@
 // the tracker, made without the tracker's code.
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -36,6 +37,7 @@ struct Visibility {
   double largest_facing = 65 * kDegree;  // a tag seen at a larger angle is not detected
   double kept = 1;                       // share of the visible tags that are detected
   double outliers = 0;                   // share of views that are gross errors
+  bool states_sigma = false;             // whether views state the noise of their corners
 };
 
 struct Truth {
@@ -153,7 +155,11 @@ inline Truth MakeTruth(const TentacleDesign& design, double pull, const std::vec
       const Eigen::Vector3d eye = cameras[c].camera_from_lab.inverse().translation();
       const double facing = outward.dot((eye - center).normalized());
       if (facing < std::cos(picture.largest_facing) || uniform(random) > picture.kept) continue;
-      TagView view{.camera = c, .place = &place, .corners_px = {}};
+      TagView view{
+          .camera = c,
+          .place = &place,
+          .corners_px = {},
+          .sigma_px = picture.states_sigma ? off.corner_px : std::numeric_limits<double>::quiet_NaN()};
       bool inside = true;
       for (int k = 0; k < 4; ++k) {
         const std::optional<Eigen::Vector2d> pixel =

@@ -1,0 +1,181 @@
+// Are the bands of reconstructed tentacles as wide as they say? True shapes of the virtual rig (facets bent,
+// holes and creases off, sag, tags glued by hand), two cameras that are not quite where the rig file says,
+// every facet tagged: errors, and how often the truth lies inside the stated 68 and 95 %.
+//   bench_chain_bands [first seed] [seeds] [moments]
+// Prints the table of docs/tracking.md. Seeds 1000 .. 1059 were used for tuning; the table's are 7000 on.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "model/fold/fold.h"
+#include "tests/support/virtual_views.h"
+
+namespace tendril {
+namespace {
+
+using testing_support::SeenTentacle;
+using testing_support::SightOptions;
+
+struct Share {
+  double inside68 = 0;
+  double inside95 = 0;
+  double count = 0;
+  double squares = 0;
+
+  // chi2 of the error in so many dimensions.
+  void Add(double chi2, int dimensions) {
+    inside68 += chi2 < (dimensions == 3 ? 3.5059 : 0.98890) ? 1 : 0;
+    inside95 += chi2 < (dimensions == 3 ? 7.8147 : 3.8415) ? 1 : 0;
+    squares += chi2 / dimensions;
+    count += 1;
+  }
+  std::string text() const {
+    if (count == 0) return "-";
+    return fmt::format("{:.0f} / {:.0f} ({:.2f})", 100 * inside68 / count, 100 * inside95 / count,
+                       squares / count);
+  }
+};
+
+struct Nodes {
+  Share ellipsoid;
+  std::array<Share, 3> axis;  // of the facet: normal, across, along
+  double squares = 0;
+
+  void Add(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& rotation) {
+    ellipsoid.Add(error.dot(covariance.ldlt().solve(error)), 3);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d along = rotation.col(k);
+      axis[static_cast<std::size_t>(k)].Add(std::pow(along.dot(error), 2) / along.dot(covariance * along), 1);
+    }
+    squares += error.squaredNorm();
+  }
+  double rms_mm() const { return ellipsoid.count > 0 ? 1e3 * std::sqrt(squares / ellipsoid.count) : NAN; }
+};
+
+double LengthOf(const Eigen::Matrix3Xd& holes) {
+  return (holes.rightCols(holes.cols() - 1) - holes.leftCols(holes.cols() - 1)).colwise().norm().sum();
+}
+
+struct Case {
+  std::string name;
+  SightOptions sight;
+  double calibration_px = 0.2;
+  ChainOptions chain;
+};
+
+void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
+  const TentacleDesign design;
+  Gripper gripper;
+  gripper.tentacles = 1;
+  gripper.first_azimuth = 0;
+  const TagLayout drawn = LayOutTags(design, gripper).value();
+  const std::vector<Camera> told = VirtualRig(design, gripper).value().cameras;
+  Nodes seen;
+  Nodes bridged;
+  Share reach;
+  Share length;
+  Share tip;
+  double not_seen = 0;
+  double chi_square = 0;
+  double views = 0;
+  double rejected = 0;
+  int frames = 0;
+  for (int s = 0; s < seeds; ++s) {
+    std::mt19937_64 random(first + static_cast<std::uint64_t>(s));
+    const TruthRanges ranges;
+    const VirtualTruth truth =
+        DrawTruth(design, gripper, {0.95, 1, 1}, {0.3, 0.03}, {.radius = 0}, ranges, random).value();
+    const TagLayout glued = GlueTags(drawn, ranges, random);
+    std::vector<Eigen::Vector3d> points;
+    for (const double time : {0.0, 5.0, 11.0}) {
+      const TrueShape shape = TrueShapeAt(truth, time).value();
+      for (const auto& hole : shape.tentacles[0].centerline.points.colwise()) points.emplace_back(hole);
+    }
+    std::vector<Camera> cameras;
+    for (const Camera& camera : told) {
+      cameras.push_back(testing_support::MiscalibratedCamera(camera, points, one.calibration_px, random));
+    }
+    for (int m = 0; m < moments; ++m) {
+      const double time = DrawUniform(random, 0, 11);
+      const TrueShape shape = TrueShapeAt(truth, time).value();
+      const SeenTentacle tentacle =
+          testing_support::SeeTentacle(truth, shape, gripper, 0, drawn, glued, cameras, one.sight, random);
+      const ChainSolution found = SolveChain(tentacle.model, told, tentacle.views, one.chain);
+      const Eigen::MatrixXd& factor = found.covariance_factor;
+      const Eigen::Matrix3Xd error = found.curve.points - tentacle.holes;
+      for (int i = 0; i < error.cols(); ++i) {
+        if (std::isnan(found.sigma[i])) {
+          ++not_seen;
+          continue;
+        }
+        const Eigen::Matrix3d own = factor.middleRows<3>(3 * i) * factor.middleRows<3>(3 * i).transpose();
+        (found.interpolated[i] != 0 ? bridged : seen)
+            .Add(error.col(i), own, found.facets[static_cast<std::size_t>(i)].rotation);
+      }
+      const int last = static_cast<int>(error.cols()) - 1;
+      ++frames;
+      chi_square += found.chi_square;
+      views += found.views_used;
+      rejected += found.views_rejected;
+      if (std::isnan(found.sigma[last]) || std::isnan(found.sigma[0])) continue;
+      const Eigen::Matrix3Xd& p = found.curve.points;
+      Eigen::VectorXd slope = Eigen::VectorXd::Zero(p.size());
+      const Eigen::Vector3d chord = p.col(last) - p.col(0);
+      slope.head<3>() = -chord.normalized();
+      slope.tail<3>() = chord.normalized();
+      const auto variance = [&] { return (factor.transpose() * slope).squaredNorm(); };
+      reach.Add(
+          std::pow(chord.norm() - (tentacle.holes.col(last) - tentacle.holes.col(0)).norm(), 2) / variance(),
+          1);
+      slope.setZero();
+      slope[slope.size() - 1] = 1;
+      tip.Add(std::pow(error(2, last), 2) / variance(), 1);
+      slope.setZero();
+      for (int i = 0; i < last; ++i) {
+        const Eigen::Vector3d d = (p.col(i + 1) - p.col(i)).normalized();
+        slope.segment<3>(3 * i) -= d;
+        slope.segment<3>(3 * i + 3) += d;
+      }
+      length.Add(std::pow(LengthOf(p) - LengthOf(tentacle.holes), 2) / variance(), 1);
+    }
+  }
+  const double nodes = frames * static_cast<double>(design.holes);
+  fmt::print("| {} | {:.1f} | {:.1f} % | {:.2f} | {:.2f} |", one.name, views / frames,
+             100 * seen.ellipsoid.count / nodes, seen.rms_mm(), bridged.rms_mm());
+  fmt::print(" {} | {} | {} | {} | {} |\n", seen.ellipsoid.text(), bridged.ellipsoid.text(), reach.text(),
+             length.text(), tip.text());
+  fmt::print(
+      "  seen: normal {}, across {}, along {}; bridged: normal {}, across {}, along {}; not seen {:.1f} %, "
+      "chi2 {:.2f}, left out {:.2f} a frame\n",
+      seen.axis[0].text(), seen.axis[1].text(), seen.axis[2].text(), bridged.axis[0].text(),
+      bridged.axis[1].text(), bridged.axis[2].text(), 100 * not_seen / nodes, chi_square / frames,
+      rejected / frames);
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace tendril
+
+int main(int argc, char** argv) {
+  const auto first = static_cast<std::uint64_t>(argc > 1 ? std::atoll(argv[1]) : 7000);
+  const int seeds = argc > 2 ? std::max(1, std::atoi(argv[2])) : 120;
+  const int moments = argc > 3 ? std::max(1, std::atoi(argv[3])) : 3;
+  fmt::print("seeds {} .. {}, {} moments each; inside 68 / 95 % (mean chi2 per dimension)\n", first,
+             first + static_cast<std::uint64_t>(seeds) - 1, moments);
+  fmt::print(
+      "| case | tags seen | facets seen | seen: rms, mm | bridged: rms, mm | seen nodes | bridged nodes | "
+      "base to tip | "
+      "length | tip's height |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  const tendril::ChainOptions chain;
+  std::vector<tendril::Case> cases = {{"as drawn", {}, 0.2, chain},
+                                      {"calibration 0 px", {}, 0, chain},
+                                      {"calibration 0.4 px", {}, 0.4, chain},
+                                      {"half of the tags", {.kept = 0.5}, 0.2, chain},
+                                      {"every second facet", {.every = 2}, 0.2, chain}};
+  for (const tendril::Case& one : cases) tendril::Run(one, first, seeds, moments);
+}
