@@ -10,11 +10,13 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "capture/record/pull_log.h"
 #include "capture/rig/rig.h"
 #include "capture/track/sightings.h"
+#include "capture/track/view_residuals.h"
 #include "db/files/curve_files.h"
 #include "db/files/trial_toml.h"
 #include "model/fold/fold.h"
@@ -79,7 +81,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // One tentacle through all frames, each started also from the frame before.
 Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const PullLog& pulls,
                      const Sightings& sightings, const ChainOptions& options, TrackedTrial& tracked,
-                     SharedProgress& progress) {
+                     std::vector<ResidualRow>& residuals, SharedProgress& progress) {
   const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, tentacle);
   const Result<TentacleLayout> layout = LayOut(design);
   if (!layout.ok()) return layout.error();
@@ -118,7 +120,10 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
     }
     summary.views_used += solution.views_used;
     summary.views_rejected += solution.views_rejected;
+    AppendResiduals(rig.cameras, model.layout, sightings.views[f][static_cast<std::size_t>(tentacle)],
+                    solution, static_cast<std::int64_t>(f), residuals);
     series.curves.push_back(solution.curve);
+    series.angle.push_back(solution.angle);
     series.sigma.push_back(solution.sigma);
     series.interpolated.push_back(solution.interpolated);
     if (solution.covariance_factor.size() > 0) series.covariance_factor.push_back(solution.covariance_factor);
@@ -209,11 +214,18 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   tracked.curves.resize(static_cast<std::size_t>(trial.gripper.tentacles));
   tracked.tentacles.resize(tracked.curves.size());
   SharedProgress steps(progress, 0.7, 1, static_cast<double>(sightings.time.size() * tracked.curves.size()));
+  std::vector<std::vector<ResidualRow>> residuals(tracked.curves.size());
   const Status solved = ForEach(trial.gripper.tentacles, options.threads, [&](int tentacle) {
     return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, options.chain, tracked,
-                         steps);
+                         residuals[static_cast<std::size_t>(tentacle)], steps);
   });
   if (!solved.ok()) return solved.error();
+  for (const std::vector<ResidualRow>& rows : residuals) {
+    tracked.residuals.insert(tracked.residuals.end(), rows.begin(), rows.end());
+  }
+  std::stable_sort(tracked.residuals.begin(), tracked.residuals.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.frame, a.camera, a.tag) < std::tie(b.frame, b.camera, b.tag);
+  });
   tracked.solve_seconds = SecondsSince(solving);
 
   for (std::size_t i = 0; i < tracked.tentacles.size(); ++i) {
@@ -226,6 +238,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   if (!options.from_detections) {
     if (Status s = WriteDetections(folder / "detections.csv", tracked.detections); !s.ok()) return s.error();
   }
+  if (Status s = WriteResiduals(folder / "residuals.csv", tracked.residuals); !s.ok()) return s.error();
   if (Status s = WriteCurves(folder / "curves.h5", tracked.curves, "tendril track"); !s.ok())
     return s.error();
   return tracked;

@@ -1,6 +1,7 @@
 #pragma once
-// From a trial's recording to its centerlines: detections.csv (which tags were seen where) and curves.h5 (one
-// framed curve per tentacle and frame, with sigma). Both can be deleted and made again.
+// From a trial's recording to its centerlines: detections.csv (which tags were seen where), curves.h5 (one
+// framed curve per tentacle and frame, with sigma) and residuals.csv (what each tag says against them). All
+// can be deleted and made again.
 //
 // Lab frame, SI; time in seconds since the trial began.
 
@@ -53,7 +54,8 @@ struct TrackedTrial {
       curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen
   std::vector<TrackedTentacle> tentacles;
   std::vector<DetectionRow> detections;
-  std::vector<CameraTags> cameras;  // empty where detections.csv was read
+  std::vector<ResidualRow> residuals;  // of every detection that is on a facet; by frame, camera and tag
+  std::vector<CameraTags> cameras;     // empty where detections.csv was read
   int frames = 0;
   int unknown_tags = 0;       // detections whose id is on no facet of this gripper
   double detect_seconds = 0;  // summed over threads
@@ -61,7 +63,7 @@ struct TrackedTrial {
   std::vector<std::string> warnings;
 };
 
-// Reads trial.toml, cam<i>.mkv and cam<i>.csv, servo.csv of a trial's folder; writes the two files.
+// Reads trial.toml, cam<i>.mkv and cam<i>.csv, servo.csv of a trial's folder; writes the three files.
 //   errors  what the files' readers say; kBadInput: the rig has no camera, a log does not fit its video;
 //           kStopped: progress said so (nothing is written)
 Result<TrackedTrial> TrackTrial(const std::filesystem::path& folder, const TrackOptions& options = {},

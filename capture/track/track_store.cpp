@@ -97,7 +97,8 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
   }
   if (Status s = StoreTrack(lab, trial_id, row, made); !s.ok()) return s.error();
   for (const auto& [role, file] :
-       {std::pair{"detections", "detections.csv"}, std::pair{"curves", "curves.h5"}}) {
+       {std::pair{"detections", "detections.csv"}, std::pair{"curves", "curves.h5"},
+        std::pair{"residuals", "residuals.csv"}}) {
     Result<std::string> hash = Sha256OfFile(folder / file);
     if (!hash.ok()) return hash.error();
     if (Status s = AddRecordingFile(lab, trial_id, role, file, hash.value()); !s.ok()) return s.error();

@@ -106,6 +106,8 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
   if (hdf5::Has(reader.group, "covariance")) {
     covariance = reader.Read("covariance", {frames, 3 * nodes, CurveReader::kAny}, "m");
   }
+  Array angle;
+  if (hdf5::Has(reader.group, "angle")) angle = reader.Read("angle", {frames, CurveReader::kAny}, "rad");
   if (!reader.status.ok()) return series;
 
   series.time = Eigen::Map<const Eigen::VectorXd>(time.values.data(), static_cast<Eigen::Index>(frames));
@@ -126,6 +128,11 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
       using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
       series.covariance_factor.emplace_back(Eigen::Map<const RowMajor>(
           covariance.values.data() + f * static_cast<size_t>(3 * n * rank), 3 * n, rank));
+    }
+    if (!angle.shape.empty()) {
+      const auto creases = static_cast<Eigen::Index>(angle.shape[1]);
+      series.angle.emplace_back(
+          Eigen::Map<const Eigen::VectorXd>(angle.values.data() + f * static_cast<size_t>(creases), creases));
     }
   }
   return series;
@@ -169,6 +176,11 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
       append(covariance, whole);
     }
     good = good && hdf5::WriteArray(group, "covariance", covariance, H5T_IEEE_F64LE);
+  }
+  if (!series.angle.empty()) {
+    Array angle{{frames, static_cast<hsize_t>(series.angle.front().size())}, {}, "rad"};
+    for (const Eigen::VectorXd& values : series.angle) append(angle, values);
+    good = good && hdf5::WriteArray(group, "angle", angle, H5T_IEEE_F64LE);
   }
   return good;
 }

@@ -16,6 +16,7 @@ constexpr const char* kServoHeader =
     "host_ns,device_ms,servo,command,position_deg,current_mA,voltage_V,temperature_degC";
 constexpr const char* kDetectionHeader = "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3,sigma_px";
 constexpr const char* kOlderDetectionHeader = "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3";
+constexpr const char* kResidualHeader = "camera,frame,tag,used,x0,y0,x1,y1,x2,y2,x3,y3";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 template <class Value>
@@ -118,6 +119,26 @@ Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& fi
   return rows;
 }
 
+Result<std::vector<ResidualRow>> ReadResiduals(const std::filesystem::path& file) {
+  auto opened = CsvReader::Open(file, {kResidualHeader}, /*lines_end=*/true);
+  if (!opened.ok()) return opened.error();
+  CsvReader& csv = opened.value();
+  std::vector<ResidualRow> rows;
+  while (csv.Next()) {
+    ResidualRow row;
+    row.camera = static_cast<int>(csv.Integer(0, 0, INT32_MAX));
+    row.frame = csv.Integer(1, 0);
+    row.tag = static_cast<int>(csv.Integer(2, 0, INT32_MAX));
+    row.used = csv.Integer(3, 0, 1) == 1;
+    for (int k = 0; k < 8; ++k) {
+      row.corners_px(k % 2, k / 2) = csv.NumberOrEmpty(static_cast<size_t>(4 + k)).value_or(kNone);
+    }
+    rows.push_back(row);
+  }
+  if (!csv.ok()) return csv.status().error();
+  return rows;
+}
+
 Status WriteFrameLog(const std::filesystem::path& file, std::span<const FrameRow> rows) {
   std::string text = FrameLogHeader();
   for (const FrameRow& row : rows) {
@@ -146,6 +167,18 @@ Status WriteDetections(const std::filesystem::path& file, std::span<const Detect
                      row.corners_px(1, corner));
     }
     fmt::format_to(std::back_inserter(text), ",{}\n", Cell(row.sigma_px));
+  }
+  return WriteText(file, text);
+}
+
+Status WriteResiduals(const std::filesystem::path& file, std::span<const ResidualRow> rows) {
+  std::string text = std::string(kResidualHeader) + "\n";
+  for (const ResidualRow& row : rows) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{}", row.camera, row.frame, row.tag, row.used ? 1 : 0);
+    for (int k = 0; k < 8; ++k) {
+      fmt::format_to(std::back_inserter(text), ",{}", Cell(row.corners_px(k % 2, k / 2)));
+    }
+    text += '\n';
   }
   return WriteText(file, text);
 }

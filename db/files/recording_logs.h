@@ -54,6 +54,17 @@ struct DetectionRow {
   double sigma_px = std::numeric_limits<double>::quiet_NaN();
 };
 
+// residuals.csv: camera,frame,tag,used,x0,y0,x1,y1,x2,y2,x3,y3. What a tag that was found says against the
+// reconstructed chain.
+struct ResidualRow {
+  int camera = 0;
+  std::int64_t frame = 0;  // of curves.h5, which is camera 0's
+  int tag = 0;
+  bool used = false;  // false: the solver left this sighting out
+  // Found minus where the chain has it, the tag at its nominal place on its facet; NaN: behind the camera.
+  Eigen::Matrix<double, 2, 4> corners_px;
+};
+
 //   errors  kNotFound no such file; kBadInput a bad header or field, a truncated last line. A file of a
 //   header
 //           alone is a recording of nothing: no rows, no error.
@@ -61,11 +72,13 @@ struct DetectionRow {
 Result<std::vector<FrameRow>> ReadFrameLog(const std::filesystem::path& file);
 Result<std::vector<ServoRow>> ReadServoLog(const std::filesystem::path& file);
 Result<std::vector<DetectionRow>> ReadDetections(const std::filesystem::path& file);
+Result<std::vector<ResidualRow>> ReadResiduals(const std::filesystem::path& file);
 
 // Written beside the target and renamed: a reader sees the whole file or none.
 Status WriteFrameLog(const std::filesystem::path& file, std::span<const FrameRow> rows);
 Status WriteServoLog(const std::filesystem::path& file, std::span<const ServoRow> rows);
 Status WriteDetections(const std::filesystem::path& file, std::span<const DetectionRow> rows);
+Status WriteResiduals(const std::filesystem::path& file, std::span<const ResidualRow> rows);
 
 // For a recorder that appends as it goes: the header line, and one row's line (both with their newline).
 std::string FrameLogHeader();

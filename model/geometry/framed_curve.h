@@ -24,6 +24,8 @@ struct CurveSeries {
   std::vector<Eigen::VectorXi> interpolated;       // 1: bridged by the model, not seen; no entries: not known
   std::vector<Eigen::MatrixXd> covariance_factor;  // F with cov(points, stacked x0 y0 z0 x1 ...) = F F^T, m
                                                    // no entries: not estimated  (3 nodes, rank)
+  std::vector<Eigen::VectorXd> angle = {};  // fold angle phi_i of each crease, rad; no entries: not known
+                                            //                                        (frames) x (nodes - 1)
 };
 
 }  // namespace tendril
