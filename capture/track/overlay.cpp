@@ -10,11 +10,8 @@
 #include <opencv2/videoio.hpp>
 #include <optional>
 
-#include "capture/record/video_file.h"
-#include "capture/rig/rig.h"
-#include "db/files/curve_files.h"
+#include "capture/track/overlay_film.h"
 #include "db/files/safe_file.h"
-#include "db/files/trial_toml.h"
 
 namespace tendril {
 namespace {
@@ -153,112 +150,9 @@ Pace PaceOf(const Eigen::VectorXd& time, double least_fps) {
   return {.fps = rate * repeats, .repeats = repeats};
 }
 
-// One camera of the recording: its video, read forward to the frame that is asked for.
-struct CameraFilm {
-  VideoReader reader;
-  std::vector<FrameRow> log;
-  std::vector<std::vector<DetectionRow>> rows;  // of each of its frames
-  std::int64_t at = -1;                         // frame that `image` holds
-  cv::Mat image;
-
-  // The frame whose time is nearest; -1: it has none.
-  std::int64_t NearestTo(double time, std::int64_t started_ns) const {
-    std::int64_t nearest = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t f = 0; f < log.size(); ++f) {
-      const double apart = std::abs(1e-9 * static_cast<double>(log[f].host_ns - started_ns) - time);
-      if (apart >= least) continue;
-      least = apart;
-      nearest = static_cast<std::int64_t>(f);
-    }
-    return nearest;
-  }
-
-  Status GoTo(std::int64_t frame) {
-    while (at < frame) {
-      Result<std::optional<VideoFrame>> next = reader.Next();
-      if (!next.ok()) return next.error();
-      if (!next.value()) {
-        image.release();
-        return Ok{};
-      }
-      ++at;
-      image = next.value()->image;
-    }
-    return Ok{};
-  }
-};
-
-// Everything that is drawn.
-struct Film {
-  TrialSpec trial;
-  Rig rig;
-  TagLayout tags;
-  std::vector<CurveSeries> curves;
-  std::vector<CameraFilm> cameras;
-};
-
-Result<Film> OpenFilm(const fs::path& folder) {
-  Film film;
-  Result<TrialSpec> trial = ReadTrialToml(folder / "trial.toml");
-  if (!trial.ok()) return trial.error();
-  film.trial = std::move(trial).value();
-  Result<Rig> rig = ParseRig(film.trial.rig_toml, (folder / "trial.toml").string() + ": rig");
-  if (!rig.ok()) return rig.error();
-  film.rig = std::move(rig).value();
-  Result<TagLayout> tags =
-      LayOutTags(film.trial.design, film.trial.gripper, LayoutOptionsOf(film.trial.tags));
-  if (!tags.ok()) return tags.error();
-  film.tags = std::move(tags).value();
-  Result<std::vector<CurveSeries>> curves = ReadCurves(folder / "curves.h5");
-  if (!curves.ok()) return curves.error();
-  film.curves = std::move(curves).value();
-  Result<std::vector<DetectionRow>> detections = ReadDetections(folder / "detections.csv");
-  if (!detections.ok()) return detections.error();
-
-  for (std::size_t c = 0; c < film.rig.cameras.size(); ++c) {
-    Result<VideoReader> reader = VideoReader::Open(folder / fmt::format("cam{}.mkv", c));
-    if (!reader.ok()) return reader.error();
-    Result<std::vector<FrameRow>> log = ReadFrameLog(folder / fmt::format("cam{}.csv", c));
-    if (!log.ok()) return log.error();
-    CameraFilm camera{
-        .reader = std::move(reader).value(), .log = std::move(log).value(), .rows = {}, .image = {}};
-    camera.rows.resize(camera.log.size());
-    for (const DetectionRow& row : detections.value()) {
-      if (row.camera != static_cast<int>(c) || row.frame < 0) continue;
-      if (row.frame < static_cast<std::int64_t>(camera.rows.size())) {
-        camera.rows[static_cast<std::size_t>(row.frame)].push_back(row);
-      }
-    }
-    film.cameras.push_back(std::move(camera));
-  }
-  return film;
-}
-
-// Where the curves of one frame are in a camera's picture, with some room around; px of the camera.
-cv::Rect AroundCurves(const Film& film, std::size_t camera, int frame) {
-  constexpr int kRoom = 60;  // px
-  const Camera& looks = film.rig.cameras[camera];
-  Eigen::AlignedBox2d box;
-  for (const CurveSeries& series : film.curves) {
-    const FramedCurve& curve = series.curves[static_cast<std::size_t>(frame)];
-    for (Eigen::Index i = 0; i < curve.points.cols(); ++i) {
-      const std::optional<Eigen::Vector2d> pixel = Project(looks, curve.points.col(i));
-      if (pixel) box.extend(*pixel);
-    }
-  }
-  const cv::Rect whole(0, 0, looks.width_px, looks.height_px);
-  if (box.isEmpty() || box.diagonal().norm() > 1e5) return whole;
-  const cv::Rect around(static_cast<int>(box.min().x()) - kRoom, static_cast<int>(box.min().y()) - kRoom,
-                        static_cast<int>(box.sizes().x()) + 2 * kRoom,
-                        static_cast<int>(box.sizes().y()) + 2 * kRoom);
-  const cv::Rect inside = around & whole;
-  return inside.empty() ? whole : inside;
-}
-
 // All cameras of one frame, side by side, with a title each and one legend below.
 //   close_up  only what is around the curves
-Result<cv::Mat> DrawFrame(Film& film, int frame, const OverlayOptions& options, bool close_up) {
+Result<cv::Mat> DrawFrame(TrialFilm& film, int frame, const OverlayOptions& options, bool close_up) {
   const double time = film.curves.front().time[frame];
   std::vector<cv::Rect> parts;
   int width = 1;
@@ -304,8 +198,8 @@ Result<cv::Mat> DrawFrame(Film& film, int frame, const OverlayOptions& options, 
   return all;
 }
 
-Result<OverlayFiles> Draw(const fs::path& folder, Film& film, const OverlayOptions& options, fs::path& beside,
-                          const Progress& progress) {
+Result<OverlayFiles> Draw(const fs::path& folder, TrialFilm& film, const OverlayOptions& options,
+                          fs::path& beside, const Progress& progress) {
   OverlayFiles files{.video = folder / "overlay.mp4", .last_frame = folder / "overlay.png"};
   const int frames = static_cast<int>(film.curves.front().curves.size());
   const Pace pace = PaceOf(film.curves.front().time, options.least_fps);
@@ -343,6 +237,18 @@ Result<OverlayFiles> Draw(const fs::path& folder, Film& film, const OverlayOptio
   });
   if (!saved.ok()) return saved.error();
   return files;
+}
+
+// An exception of OpenCV or the file system while something is drawn from a folder.
+template <class Work>
+auto Drawing(const fs::path& folder, const Work& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const cv::Exception& error) {
+    return Error{ErrorKind::kIo, fmt::format("{}: overlay: {}", folder.string(), error.err)};
+  } catch (const fs::filesystem_error& error) {
+    return Error{ErrorKind::kIo, fmt::format("{}: overlay: {}", folder.string(), error.code().message())};
+  }
 }
 
 }  // namespace
@@ -386,7 +292,7 @@ cv::Mat DrawOverlay(const Camera& camera, const cv::Mat& gray, const std::vector
 
 Result<OverlayFiles> WriteOverlay(const fs::path& folder, const OverlayOptions& options,
                                   const Progress& progress) {
-  Result<Film> film = OpenFilm(folder);
+  Result<TrialFilm> film = OpenTrialFilm(folder);
   if (!film.ok()) return film.error();
   if (film.value().cameras.empty() || film.value().curves.empty() ||
       film.value().curves.front().curves.empty()) {
@@ -395,16 +301,46 @@ Result<OverlayFiles> WriteOverlay(const fs::path& folder, const OverlayOptions& 
   }
   fs::path beside;
   std::error_code ignored;
-  Result<OverlayFiles> files = Error{ErrorKind::kIo, "not drawn"};
-  try {
-    files = Draw(folder, film.value(), options, beside, progress);
-  } catch (const cv::Exception& error) {
-    files = Error{ErrorKind::kIo, fmt::format("{}: overlay: {}", folder.string(), error.err)};
-  } catch (const fs::filesystem_error& error) {
-    files = Error{ErrorKind::kIo, fmt::format("{}: overlay: {}", folder.string(), error.code().message())};
-  }
+  Result<OverlayFiles> files =
+      Drawing(folder, [&] { return Draw(folder, film.value(), options, beside, progress); });
   if (!files.ok() && !beside.empty()) fs::remove(beside, ignored);
   return files;
+}
+
+Result<std::vector<OverlayStill>> DrawStills(const fs::path& folder, const std::vector<int>& frames,
+                                             int largest_side_px, const Progress& progress) {
+  Result<TrialFilm> opened = OpenTrialFilm(folder);
+  if (!opened.ok()) return opened.error();
+  TrialFilm& film = opened.value();
+  return Drawing(folder, [&]() -> Result<std::vector<OverlayStill>> {
+    std::vector<OverlayStill> stills;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const int frame = frames[i];
+      const double time = film.curves.front().time[frame];
+      for (std::size_t c = 0; c < film.cameras.size(); ++c) {
+        CameraFilm& camera = film.cameras[c];
+        const std::int64_t its_frame = camera.NearestTo(time, film.trial.started_ns);
+        if (Status s = camera.GoTo(its_frame); !s.ok()) return s.error();
+        if (its_frame < 0 || camera.image.empty()) continue;
+        const cv::Rect part = AroundCurves(film, c, frame);
+        const double scale =
+            std::min(1.0, static_cast<double>(largest_side_px) / std::max(part.width, part.height));
+        const cv::Mat drawn =
+            DrawOverlay(film.rig.cameras[c], camera.image, camera.rows[static_cast<std::size_t>(its_frame)],
+                        film.tags, film.curves, frame, scale);
+        const cv::Rect shown = cv::Rect(static_cast<int>(scale * part.x), static_cast<int>(scale * part.y),
+                                        static_cast<int>(std::ceil(scale * part.width)),
+                                        static_cast<int>(std::ceil(scale * part.height))) &
+                               cv::Rect(0, 0, drawn.cols, drawn.rows);
+        stills.push_back(
+            {.camera = static_cast<int>(c), .frame = frame, .time = time, .picture = drawn(shown).clone()});
+      }
+      if (progress && !progress((static_cast<double>(i) + 1) / static_cast<double>(frames.size()))) {
+        return Error{ErrorKind::kStopped, "stopped while drawing the overlay"};
+      }
+    }
+    return stills;
+  });
 }
 
 }  // namespace tendril

@@ -42,4 +42,20 @@ struct OverlayFiles {
 Result<OverlayFiles> WriteOverlay(const std::filesystem::path& folder, const OverlayOptions& options = {},
                                   const Progress& progress = {});
 
+// One camera's part of a frame, only what is around the curves; no text is drawn into it.
+struct OverlayStill {
+  int camera = 0;
+  int frame = 0;    // of the curves
+  double time = 0;  // s since the trial began
+  cv::Mat picture;  // blue, green, red
+};
+
+// Frame by frame, in each its cameras; a camera without a picture of a moment is left out. Never larger than
+// the camera's own picture.
+//   frames   of the curves, ascending; each exists
+//   errors   as WriteOverlay; nothing is written
+Result<std::vector<OverlayStill>> DrawStills(const std::filesystem::path& folder,
+                                             const std::vector<int>& frames, int largest_side_px,
+                                             const Progress& progress = {});
+
 }  // namespace tendril
