@@ -33,18 +33,32 @@ void ReadFiles(SQLite::Database& db, const std::string& id, TrialDetails& detail
   }
 }
 
-// One derived row: made_ns and program_version first, then its numbers.
+std::vector<std::pair<std::string, std::string>> InputsOf(SQLite::Database& db, std::int64_t provenance) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  SQLite::Statement row(db,
+                        "SELECT name, sha256 FROM provenance_input WHERE provenance_id = ? ORDER BY name");
+  Bind(row, provenance);
+  while (row.executeStep()) inputs.emplace_back(row.getColumn(0).getString(), row.getColumn(1).getString());
+  return inputs;
+}
+
+// One derived row: what it was made from first, then its numbers.
 void ReadResult(SQLite::Database& db, const std::string& what, const std::string& table,
                 const std::vector<std::string>& columns, const std::string& id, TrialDetails& details) {
-  SQLite::Statement row(
-      db, fmt::format("SELECT p.made_ns, p.program_version, {} FROM {} JOIN provenance p ON p.id = "
-                      "provenance_id WHERE trial_id = ?",
-                      fmt::join(columns, ", "), table));
+  SQLite::Statement row(db, fmt::format("SELECT p.made_ns, p.program_version, p.parameters_json, p.id, {} "
+                                        "FROM {} JOIN provenance p ON p.id = "
+                                        "provenance_id WHERE trial_id = ?",
+                                        fmt::join(columns, ", "), table));
   Bind(row, id);
   while (row.executeStep()) {
-    DerivedResult result{what, {}, row.getColumn(0).getInt64(), row.getColumn(1).getString()};
+    DerivedResult result{.what = what,
+                         .values = {},
+                         .made_ns = row.getColumn(0).getInt64(),
+                         .program_version = row.getColumn(1).getString(),
+                         .parameters_json = row.getColumn(2).getString(),
+                         .input_sha256 = InputsOf(db, row.getColumn(3).getInt64())};
     for (size_t i = 0; i < columns.size(); ++i) {
-      result.values.emplace_back(columns[i], NumberAt(row, static_cast<int>(i) + 2));
+      result.values.emplace_back(columns[i], NumberAt(row, static_cast<int>(i) + 4));
     }
     details.results.push_back(std::move(result));
   }
@@ -62,7 +76,8 @@ void ReadFits(SQLite::Database& db, const std::string& id, TrialDetails& details
     const std::string what =
         fmt::format("fit {} ({})", row.getColumn(0).getInt64(), row.getColumn(1).getString());
     if (details.results.empty() || details.results.back().what != what) {
-      details.results.push_back({what, {}, row.getColumn(2).getInt64(), row.getColumn(3).getString()});
+      details.results.push_back(
+          {what, {}, row.getColumn(2).getInt64(), row.getColumn(3).getString(), {}, {}});
     }
     if (!row.getColumn(4).isNull()) {
       details.results.back().values.emplace_back(row.getColumn(4).getString(), NumberAt(row, 5));

@@ -27,6 +27,8 @@ struct DerivedResult {
   std::vector<std::pair<std::string, std::optional<double>>> values;  // none: not known
   std::int64_t made_ns = 0;
   std::string program_version;
+  std::string parameters_json;                                    // the options that it depends on
+  std::vector<std::pair<std::string, std::string>> input_sha256;  // (file or role, SHA-256); not of fits
 };
 
 struct TrialEvent {

@@ -11,7 +11,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <system_error>
+
+#include "db/files/page_text.h"
 
 extern char** environ;
 
@@ -56,6 +59,34 @@ std::string Range(const std::optional<std::pair<double, double>>& range) {
   return range ? fmt::format("[{:.9g}:{:.9g}]", range->first, range->second) : "[*:*]";
 }
 
+// How many dots a cell of a map has: so many that viewers which blur pictures leave its edges alone, and that
+// hatching is as fine in wide cells as in narrow ones.
+struct CellDots {
+  int across = 1;
+  int up = 1;
+};
+
+CellDots DotsOf(const PlotHeat& heat) {
+  return {std::max(1, 480 / heat.columns), std::max(1, 240 / heat.rows)};
+}
+
+// The map as a matrix that gnuplot reads, a line per row of dots, the lowest first. Hatching leaves out dots.
+std::string HeatRows(const PlotHeat& heat) {
+  constexpr int kHatch = 6;  // dots from line to line
+  const CellDots dots = DotsOf(heat);
+  std::string text;
+  for (int y = 0; y < heat.rows * dots.up; ++y) {
+    for (int x = 0; x < heat.columns * dots.across; ++x) {
+      const auto cell = static_cast<size_t>(y / dots.up * heat.columns + x / dots.across);
+      const bool left_out = !heat.hatched.empty() && heat.hatched[cell] != 0 && (x + y) % kHatch < 2;
+      const double value = heat.values[cell];
+      text += left_out || !std::isfinite(value) ? "NaN " : fmt::format("{:.6g} ", value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 // The datablocks come first, as a multiplot refuses to define them between its panels on some terminals.
 std::string DataBlocks(const Panel& panel, size_t number) {
   std::string text;
@@ -64,6 +95,7 @@ std::string DataBlocks(const Panel& panel, size_t number) {
     for (size_t i = 0; i < panel.series[s].x.size(); ++i) AppendRow(text, panel.series[s], i);
     text += "EOD\n";
   }
+  if (panel.heat) text += fmt::format("$h{} << EOD\n{}EOD\n", number, HeatRows(*panel.heat));
   return text;
 }
 
@@ -86,6 +118,37 @@ std::string PanelObjects(const Panel& panel) {
   return text;
 }
 
+// Colours, gray for what is not known, and the plot command's part that draws the map; without a map the
+// colour bar of the panel before goes.
+std::string HeatCommands(const PlotHeat& heat, size_t number, std::string& plot) {
+  const CellDots dots = DotsOf(heat);
+  const double across = (heat.right - heat.left) / (heat.columns * dots.across);
+  const double up = (heat.top - heat.bottom) / (heat.rows * dots.up);
+  plot = fmt::format("$h{} matrix using ({:.12g}+{:.12g}*$1):({:.12g}+{:.12g}*$2):3 with image notitle, ",
+                     number, heat.left + 0.5 * across, across, heat.bottom + 0.5 * up, up);
+  std::string text =
+      "set object 100000 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#b8b8b8' fs solid noborder\n";
+  text += fmt::format("set cblabel {}\nset colorbox\n", Quoted(heat.label));
+  if (heat.classes.empty()) {
+    return text + fmt::format(
+                      "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725') "
+                      "maxcolors 0\n"
+                      "set cbrange [{:.9g}:{:.9g}]\nset cbtics autofreq\n",
+                      heat.range.first, heat.range.second);
+  }
+  std::string colors;
+  std::string names;
+  for (size_t i = 0; i < heat.classes.size(); ++i) {
+    const auto& [name, color] = heat.classes[i];
+    colors += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, Quoted(color));
+    names += fmt::format("{}{} {}", i == 0 ? "" : ", ", Quoted(name), i);
+  }
+  const auto count = heat.classes.size();
+  return text +
+         fmt::format("set palette defined ({}) maxcolors {}\nset cbrange [-0.5:{}.5]\nset cbtics ({})\n",
+                     colors, count, count - 1, names);
+}
+
 std::string PanelCommands(const Panel& panel, size_t number) {
   std::string text = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset xrange {}\nset yrange {}\n",
                                  Quoted(panel.title), Quoted(panel.x_label), Quoted(panel.y_label),
@@ -94,6 +157,11 @@ std::string PanelCommands(const Panel& panel, size_t number) {
   text += panel.equal_axes ? "set size ratio -1\n" : "set size noratio\n";
   std::string bands;
   std::string marks;
+  if (panel.heat) {
+    text += HeatCommands(*panel.heat, number, bands);
+  } else {
+    text += "unset colorbox\n";
+  }
   for (size_t s = 0; s < panel.series.size(); ++s) {
     const PlotSeries& series = panel.series[s];
     if (!HasValue(series)) continue;
@@ -170,6 +238,41 @@ Status RunGnuplot(const fs::path& script, const fs::path& messages) {
   return Ok{};
 }
 
+void ReplaceAll(std::string& text, std::string_view from, std::string_view to) {
+  for (size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+}
+
+// Takes out every <name>...</name>.
+void Remove(std::string& text, std::string_view name) {
+  const std::string begin = fmt::format("<{}>", name);
+  const std::string end = fmt::format("</{}>", name);
+  for (size_t at = text.find(begin); at != std::string::npos; at = text.find(begin, at)) {
+    const size_t stop = text.find(end, at);
+    if (stop == std::string::npos) return;
+    text.erase(at, stop + end.size() - at);
+  }
+}
+
+// gnuplot's own titles ("$d0_0 using 1:2") would show up as tooltips, and its ids repeat from figure to
+// figure.
+std::string SvgForPage(std::string svg, const std::string& id, const std::string& title) {
+  svg.erase(0, svg.find("<svg"));
+  Remove(svg, "title");
+  Remove(svg, "desc");
+  ReplaceAll(svg, " id='", " id='" + id + "_");
+  ReplaceAll(svg, " id=\"", " id=\"" + id + "_");
+  ReplaceAll(svg, "href='#", "href='#" + id + "_");
+  ReplaceAll(svg, "url(#", "url(#" + id + "_");
+  ReplaceAll(svg, "xlink:href=", "href=");
+  ReplaceAll(svg, "<image ", "<image style='image-rendering:pixelated' ");
+  ReplaceAll(svg, " xmlns:xlink=\"http://www.w3.org/1999/xlink\"", "");
+  ReplaceAll(svg, " xmlns=\"http://www.w3.org/2000/svg\"", "");
+  svg.replace(0, 4, fmt::format("<svg role=\"img\" aria-label=\"{}\"", XmlText(title)));
+  return svg;
+}
+
 Status Check(const Figure& figure) {
   if (figure.panels.empty()) return Error{ErrorKind::kBadInput, "a figure needs at least one panel"};
   for (const Panel& panel : figure.panels) {
@@ -177,6 +280,16 @@ Status Check(const Figure& figure) {
       if (!polygon.x.empty() && polygon.x.size() == polygon.y.size() && panel.x_range && panel.y_range)
         continue;
       return Error{ErrorKind::kBadInput, "a polygon needs as many x as y, and a panel with both ranges"};
+    }
+    if (panel.heat) {
+      const PlotHeat& heat = *panel.heat;
+      const auto cells = static_cast<size_t>(std::max(0, heat.rows) * std::max(0, heat.columns));
+      if (cells == 0 || heat.values.size() != cells ||
+          (!heat.hatched.empty() && heat.hatched.size() != cells)) {
+        return Error{ErrorKind::kBadInput,
+                     fmt::format("a map of {} by {} cells has {} values, expected one per cell", heat.rows,
+                                 heat.columns, heat.values.size())};
+      }
     }
     for (const PlotSeries& s : panel.series) {
       const bool bars = s.low.empty() && s.high.empty();
@@ -219,6 +332,25 @@ Status DrawFigure(const Figure& figure, const fs::path& file) {
   }
   fs::remove_all(folder, failed);
   return done.ok() ? Status(Ok{}) : std::move(done).error().Within(file.string());
+}
+
+Result<std::string> FigureForPage(const Figure& figure, const std::string& id, const std::string& title) {
+  std::error_code failed;
+  std::string scratch = (fs::temp_directory_path(failed) / "tendril-figure-XXXXXX").string();
+  if (failed || mkdtemp(scratch.data()) == nullptr) {
+    return Error{ErrorKind::kIo, "no folder for temporary files to draw in; TMPDIR can name one"};
+  }
+  const fs::path file = fs::path(scratch) / "figure.svg";
+  Result<std::string> page = std::string();
+  if (Status drawn = DrawFigure(figure, file); drawn.ok()) {
+    std::ostringstream read;
+    read << std::ifstream(file, std::ios::binary).rdbuf();
+    page = SvgForPage(read.str(), id, title);
+  } else {
+    page = drawn.error();
+  }
+  fs::remove_all(scratch, failed);
+  return page;
 }
 
 }  // namespace tendril

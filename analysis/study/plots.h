@@ -39,6 +39,20 @@ struct PlotText {
   std::string text = {};
 };
 
+// A map of numbers: cells of one size that fill a rectangle of the panel.
+struct PlotHeat {
+  int columns = 0;
+  int rows = 0;
+  std::vector<double> values = {};  // row by row, the lowest first; NaN: gray        (rows columns)
+  std::vector<char> hatched = {};   // likewise; 1: gray hatching over the colour; no entries: none
+  double left = 0, right = 1;       // outer edges of the map, on the panel's axes
+  double bottom = 0, top = 1;
+  std::pair<double, double> range = {0, 1};  // values that the ends of the colour bar stand for
+  std::string label = {};                    // of the colour bar, with the unit
+  // Names of the values 0, 1, ..., each with its colour ("#rrggbb"), instead of a scale.
+  std::vector<std::pair<std::string, std::string>> classes = {};
+};
+
 struct Panel {
   std::string title = {};
   std::string x_label = {};  // with the unit
@@ -46,7 +60,8 @@ struct Panel {
   std::vector<PlotSeries> series = {};
   std::vector<PlotPolygon> polygons = {};  // need both ranges
   std::vector<PlotText> texts = {};
-  bool equal_axes = false;  // one metre is as long on x as on y
+  std::optional<PlotHeat> heat = {};  // below everything else
+  bool equal_axes = false;            // one metre is as long on x as on y
   std::optional<std::pair<double, double>> x_range = {};
   std::optional<std::pair<double, double>> y_range = {};
 };
@@ -59,8 +74,15 @@ struct Figure {
 };
 
 // Draws into `file`, .svg or .png by its extension; written beside it and renamed.
-//   errors  kBadInput  another extension, no panel, a series or polygon whose arrays differ in length
+//   errors  kBadInput  another extension, no panel, a series, polygon or map whose arrays differ in length
 //           kIo        gnuplot is missing or fails (its message), the disk
 Status DrawFigure(const Figure& figure, const std::filesystem::path& file);
+
+// The same as an <svg> element for a page: no declaration, no reference to anything outside, its ids begin
+// with `id`.
+//   id      letters and digits, another one for each figure of a page
+//   title   what the figure shows, in words, for those who cannot see it
+//   errors  as DrawFigure
+Result<std::string> FigureForPage(const Figure& figure, const std::string& id, const std::string& title);
 
 }  // namespace tendril

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "db/files/page_text.h"
 #include "db/files/safe_file.h"
 
 namespace tendril {
@@ -11,22 +12,6 @@ namespace {
 std::string Mm(double metres) {
   const std::string text = fmt::format("{:.5f}", 1e3 * metres);
   return text == "-0.00000" ? "0.00000" : text;
-}
-
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (static_cast<unsigned char>(c) >= ' ' || c == '\t') {  // XML knows no other control characters
-      out += c;
-    }
-  }
-  return out;
 }
 
 const char* CreaseLayer(bool mountain) { return mountain ? "CREASE_M" : "CREASE_V"; }
@@ -49,7 +34,7 @@ std::string CutSvg(const CutPattern& pattern, const std::string& title) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" "
       "xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" "
       "width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" overflow=\"visible\">\n<title>{2}</title>\n",
-      Mm(pattern.length), Mm(pattern.width), Escaped(title));
+      Mm(pattern.length), Mm(pattern.width), XmlText(title));
 
   for (const bool mountain : {true, false}) {
     out += layer(CreaseLayer(mountain), mountain ? "#ff0000" : "#0000ff");
