@@ -13,6 +13,7 @@
 #include "cli/plot_commands.h"
 #include "cli/plot_shapes_command.h"
 #include "cli/record_command.h"
+#include "cli/report_command.h"
 #include "cli/simulate_command.h"
 #include "cli/stats_command.h"
 #include "cli/track_command.h"
@@ -35,6 +36,7 @@ std::vector<Command> AllCommands() {
   all.push_back(MakeCalibrateCamerasCommand());
   all.push_back(MakeCalibrateFoldCommand());
   all.push_back(MakeLinkCommand());
+  all.push_back(MakeReportCommand());
   all.push_back(MakeTrialsListCommand());
   all.push_back(MakeTrialsShowCommand());
   all.push_back(MakeTrialsImportCommand());

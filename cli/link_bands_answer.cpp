@@ -21,7 +21,12 @@ Json BandJson(const LinkBand& band) {
   return json;
 }
 
-// "+0.412 [+0.391, +0.430]", or where strands may have passed each other "+0.41 (72 %) or -0.58 (28 %)".
+std::string Place(const std::vector<std::string>& names, int curve) {
+  return curve < 0 ? "the axis" : names[static_cast<std::size_t>(curve)];
+}
+
+}  // namespace
+
 std::string BandText(const LinkBand& band) {
   if (!std::isfinite(band.mean)) return "not known";
   if (band.modes.size() < 2)
@@ -34,11 +39,14 @@ std::string BandText(const LinkBand& band) {
   return band.modes.size() > 3 ? text + " or else" : text;
 }
 
-std::string Place(const std::vector<std::string>& names, int curve) {
-  return curve < 0 ? "the axis" : names[static_cast<std::size_t>(curve)];
+std::string UndecidedText(const UndecidedCrossing& crossing, const std::vector<std::string>& names) {
+  return fmt::format("{} at node {:.1f} and {} are {:.1f} mm apart, known to {:.1f} mm (1 sigma)",
+                     Place(names, crossing.a), crossing.node_a,
+                     crossing.b < 0
+                         ? "the axis"
+                         : fmt::format("{} at node {:.1f}", Place(names, crossing.b), crossing.node_b),
+                     1e3 * crossing.separation, 1e3 * crossing.sigma);
 }
-
-}  // namespace
 
 Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame, const LinkOptions& options,
                        int draws, const std::string& source, Output& out) {
@@ -99,11 +107,7 @@ Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame
                                  {"node_b", crossing.node_b},
                                  {"separation_m", crossing.separation},
                                  {"sigma_m", crossing.sigma}});
-    out.Print("undecided: {} at node {:.1f} and {} are {:.1f} mm apart, known to {:.1f} mm (1 sigma)",
-              Place(names, crossing.a), crossing.node_a,
-              crossing.b < 0 ? "the axis"
-                             : fmt::format("{} at node {:.1f}", Place(names, crossing.b), crossing.node_b),
-              1e3 * crossing.separation, 1e3 * crossing.sigma);
+    out.Print("undecided: {}", UndecidedText(crossing, names));
   }
   if (bands.undecided.empty())
     out.Print("every crossing is decided: strands are farther apart than 3 sigmas");

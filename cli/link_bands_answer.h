@@ -10,6 +10,13 @@
 
 namespace tendril::cli {
 
+// "+0.412 [+0.391, +0.430]" (mean, 95 %), or where strands may have passed each other "+0.41 (72 %) or -0.58
+// (28 %)".
+std::string BandText(const LinkBand& band);
+
+// "tentacle0 at node 3.5 and the axis are 1.2 mm apart, known to 0.9 mm (1 sigma)".
+std::string UndecidedText(const UndecidedCrossing& crossing, const std::vector<std::string>& names);
+
 // Bands of one frame; adds `bands` to the answer's fields and prints a table.
 //   source  the curves' file or trial, for messages
 //   errors  kBadInput: the curves state no covariance; as MeasureLinkBands

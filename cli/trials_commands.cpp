@@ -40,12 +40,6 @@ Json JsonOf(const TrialOverview& trial) {
           {"trusted", trial.trusted}};
 }
 
-std::string OutcomeText(const TrialOverview& trial) {
-  if (trial.voided) return "void";
-  const std::string judged = !trial.grasped ? "-" : *trial.grasped ? "success" : "failure";
-  return trial.trusted ? judged : judged + " (not trusted)";
-}
-
 // A command about one trial: the lab, the trial as it was named, and the id it has.
 struct TrialCall {
   std::string lab;
@@ -208,6 +202,12 @@ Status RunOutcome(const OutcomeCall& call, Output& out) {
 }
 
 }  // namespace
+
+std::string OutcomeText(const TrialOverview& trial) {
+  if (trial.voided) return "void";
+  const std::string judged = !trial.grasped ? "-" : *trial.grasped ? "success" : "failure";
+  return trial.trusted ? judged : judged + " (not trusted)";
+}
 
 Command MakeTrialsListCommand() {
   auto call = std::make_shared<ListCall>();

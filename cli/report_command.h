@@ -1,0 +1,9 @@
+#pragma once
+
+#include "cli/command.h"
+
+namespace tendril::cli {
+
+Command MakeReportCommand();
+
+}  // namespace tendril::cli
