@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "model/fold/fold.h"
+#include "model/fold/rising_fold.h"
 
 namespace tendril {
 namespace {
@@ -104,9 +104,8 @@ void ChoosePullSources(std::span<const FoldObservation> observations, const Fold
       continue;
     }
     frame.source = PullSource::kFree;
-    const double reach = LargestPull(frame.design->closed_angle);
     const double start =
-        std::clamp(options.start_pull_scale * frame.commanded_pull, 1e-4 * reach, 0.9 * reach);
+        std::clamp(options.start_pull_scale * frame.commanded_pull, 1e-4 * frame.reach, 0.9 * frame.reach);
     frame.nuisance = new_nuisance(PullSource::kFree, start);
   }
 }
@@ -124,7 +123,17 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
       leave_out(fmt::format("commanded pull {} is not a fraction", o.commanded_pull));
       continue;
     }
-    const double reach = LargestPull(o.design.closed_angle);
+    if (options.model.friction && o.released) {
+      leave_out("the command had gone back before: with friction the fit knows rising pulls only");
+      continue;
+    }
+    auto [place, fresh] = prepared.layouts.try_emplace(KeyOf(o.design));
+    if (fresh) {
+      Result<TentacleLayout> layout = LayOut(o.design);
+      if (!layout.ok()) return Error(layout.error()).Within(fmt::format("trial {}: design", o.trial));
+      place->second = std::move(layout).value();
+    }
+    const double reach = LargestPullOf(options.model.law, place->second, o.design.closed_angle);
     if (options.start_pull_scale * o.commanded_pull >= reach) {
       leave_out(
           fmt::format("commanded pull {:.4g} is beyond the design's reach, {:.4g}", o.commanded_pull, reach));
@@ -141,16 +150,14 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
       leave_out("the seen nodes lie too far apart to compare shapes");
       continue;
     }
-    auto [place, fresh] = prepared.layouts.try_emplace(KeyOf(o.design));
-    if (fresh) {
-      Result<TentacleLayout> layout = LayOut(o.design);
-      if (!layout.ok()) return Error(layout.error()).Within(fmt::format("trial {}: design", o.trial));
-      place->second = std::move(layout).value();
-    }
     frame.layout = &place->second;
     frame.design = &o.design;
     frame.observation = i;
     frame.commanded_pull = o.commanded_pull;
+    frame.law = options.model.law;
+    frame.by_rest_angle = options.model.rest_angle;
+    frame.by_friction = options.model.friction;
+    frame.reach = reach;
     const auto trial = std::find(prepared.trials.begin(), prepared.trials.end(), o.trial);
     frame.trial = static_cast<int>(trial - prepared.trials.begin());
     if (trial == prepared.trials.end()) prepared.trials.push_back(o.trial);
@@ -164,22 +171,37 @@ std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& p
   double pull = nuisance;
   if (frame.source == PullSource::kSettled) pull = parameters[0] * frame.commanded_pull;
   if (frame.source == PullSource::kLagged) pull = parameters[0] * (frame.commanded_pull - nuisance);
-  if (!(pull >= 0) || pull > LargestPull(frame.design->closed_angle)) return std::nullopt;
+  if (!(pull >= 0) || pull > frame.reach) return std::nullopt;
   return pull;
+}
+
+std::optional<FoldTangent> FoldOf(const FitFrame& frame, const SharedVector& parameters, double nuisance) {
+  const std::optional<double> pull = EffectivePull(frame, parameters, nuisance);
+  if (!pull) return std::nullopt;
+  Result<FoldTangent> fold = FoldAt(*frame.design, *frame.layout,
+                                    {.effective_pull = *pull,
+                                     .log_ratio = parameters[1],
+                                     .exponent = parameters[2],
+                                     .rest_angle = parameters[3],
+                                     .friction = parameters[4],
+                                     .law = frame.law,
+                                     .by_rest_angle = frame.by_rest_angle,
+                                     .by_friction = frame.by_friction});
+  if (!fold.ok()) return std::nullopt;
+  return std::move(fold).value();
 }
 
 std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVector& parameters,
                                            double nuisance, const ShapeResidualOptions& options) {
-  const std::optional<double> pull = EffectivePull(frame, parameters, nuisance);
-  if (!pull) return std::nullopt;
-  const Result<FoldTangent> fold = FoldAt(*frame.design, *frame.layout, *pull, parameters[1], parameters[2]);
-  if (!fold.ok()) return std::nullopt;
-  ShapeResidual shape = ResidualOf(MoveNodes(*frame.layout, fold.value()), frame.seen, options,
+  const std::optional<FoldTangent> fold = FoldOf(frame, parameters, nuisance);
+  if (!fold) return std::nullopt;
+  ShapeResidual shape = ResidualOf(MoveNodes(*frame.layout, *fold), frame.seen, options,
                                    {parameters[kFoldParameters], parameters[kFoldParameters + 1]});
 
   FrameResidual residual;
   residual.group = shape.group;
   residual.value = std::move(shape.value);
+  residual.sigma = std::move(shape.sigma);
   residual.slope = shape.slope;
   residual.nuisance_slope.setZero(residual.value.size());
   const Eigen::VectorXd by_pull = shape.slope.col(kEffectivePull);

@@ -25,6 +25,10 @@ struct FitFrame {
   const TentacleLayout* layout = nullptr;
   int trial = 0;
   double commanded_pull = 0;
+  FoldLaw law = FoldLaw::kPaper;
+  bool by_rest_angle = false;  // free in the model
+  bool by_friction = false;
+  double reach = 0;  // the law's largest pull
   SeenNodes seen;
   PullSource source = PullSource::kSettled;
   int nuisance = -1;  // index of its lag or free pull; -1: none
@@ -42,8 +46,8 @@ struct FitFrames {
 //   errors  kBadInput as FitFold
 Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations, const FoldFitOptions& options);
 
-// What all frames share, as the solver sees it: pull_scale, ln stiffness_ratio, stiffness_exponent; then the
-// two scatters (nuisances).
+// What all frames share, as the solver sees it: pull_scale, ln stiffness_ratio, stiffness_exponent, rest
+// angle (rad), friction; then the two scatters (nuisances).
 inline constexpr int kShared = kFoldParameters + kScatters;
 using SharedVector = Eigen::Matrix<double, kShared, 1>;
 using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
@@ -52,12 +56,16 @@ using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
 struct FrameResidual {
   int group = 1;
   Eigen::VectorXd value;  // in sigmas                                  (rows)
+  Eigen::VectorXd sigma;  // m                                          (rows)
   Eigen::Matrix<double, Eigen::Dynamic, kShared> slope;
   Eigen::VectorXd nuisance_slope;  // zero where the frame has none              (rows)
 };
 
 // The tentacle's pull in a frame. None: negative, or beyond reach.
 std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& parameters, double nuisance);
+
+// The model's fold in a frame. None where the pull cannot be.
+std::optional<FoldTangent> FoldOf(const FitFrame& frame, const SharedVector& parameters, double nuisance);
 
 // None where the pull cannot be.
 std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVector& parameters,

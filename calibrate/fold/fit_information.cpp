@@ -64,7 +64,7 @@ SharedMatrix InverseOfFree(const SharedMatrix& matrix, const std::vector<int>& f
 }  // namespace
 
 const std::array<double, kShared>& LargestStandardErrors() {
-  static constexpr std::array<double, kShared> kLargest = {0.1, 0.5, 0.5, 1, 3};
+  static constexpr std::array<double, kShared> kLargest = {0.1, 0.5, 0.5, 0.17, 0.25, 1, 3};
   return kLargest;
 }
 
@@ -128,22 +128,39 @@ SharedMatrix NaiveCovariance(const Information& information, double row_variance
   return row_variance * information.repeats * InverseOfFree(information.total, Free(held));
 }
 
-SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held) {
+SharedVector ChangeWithout(const Information& information, std::size_t trial, const HeldParameters& held,
+                           const SharedVector& mean_score) {
+  const std::vector<int> free = Free(held);
+  const TrialInformation& one = information.trials[trial];
+  const SharedMatrix inverse = InverseOfFree(information.total - one.information, free);
+  SharedVector change = SharedVector::Zero();
+  for (const int a : free) {
+    for (const int b : free) change[a] += inverse(a, b) * (one.score[b] - mean_score[b]);
+  }
+  return change;
+}
+
+SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held,
+                                 const HeldParameters& at_bound) {
   const std::vector<int> free = Free(held);
   SharedMatrix covariance = SharedMatrix::Constant(kNaN);
   double contributing = 0;
-  for (const TrialInformation& trial : information.trials)
+  SharedVector mean = SharedVector::Zero();
+  for (const TrialInformation& trial : information.trials) {
     contributing += trial.information.trace() > 0 ? 1 : 0;
+    mean += trial.score;
+  }
   if (contributing < 2) return covariance;
+  mean /= contributing;
+  for (int i = 0; i < kShared; ++i) {
+    if (!at_bound[static_cast<std::size_t>(i)]) mean[i] = 0;
+  }
   for (const int a : free) {
     for (const int b : free) covariance(a, b) = 0;
   }
-  for (const TrialInformation& trial : information.trials) {
-    const SharedMatrix inverse = InverseOfFree(information.total - trial.information, free);
-    SharedVector change = SharedVector::Zero();
-    for (const int a : free) {
-      for (const int b : free) change[a] += inverse(a, b) * trial.score[b];
-    }
+  for (std::size_t g = 0; g < information.trials.size(); ++g) {
+    if (!(information.trials[g].information.trace() > 0)) continue;
+    const SharedVector change = ChangeWithout(information, g, held, mean);
     for (const int a : free) {
       for (const int b : free) covariance(a, b) += (contributing - 1) / contributing * change[a] * change[b];
     }

@@ -37,7 +37,14 @@ SharedMatrix NaiveCovariance(const Information& information, double row_variance
 // Linearised delete-one-trial jackknife: (G - 1) / G sum_g D_g D_g^T, D_g = (H - H_g)^-1 s_g. For trials that
 // weigh alike it is the sandwich H^-1 (sum s_g s_g^T) H^-1 times G / (G - 1); for others it is larger.
 // Needs two trials or more; NaN where a parameter hangs on one trial alone.
-SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held);
+// at_bound: parameters that rest at their bound: their scores do not sum to 0, so they are taken from their
+// mean.
+SharedMatrix ClusteredCovariance(const Information& information, const HeldParameters& held,
+                                 const HeldParameters& at_bound = {});
+
+// How the estimate moves when a trial is left out, to first order: D_g, 0 for held parameters.
+SharedVector ChangeWithout(const Information& information, std::size_t trial, const HeldParameters& held,
+                           const SharedVector& mean_score = SharedVector::Zero());
 
 struct Unidentified {
   int parameter = 0;
@@ -46,12 +53,13 @@ struct Unidentified {
 };
 
 // Parameters to hold, worst first: as long as some direction in parameter space would have a standard
-// error above half of what is plausible beforehand (pull_scale 0.2, ln ratio 1, exponent 1), the parameter
-// that has most of that direction goes.
+// error above half of what is plausible beforehand (pull_scale 0.2, ln ratio 1, exponent 1, rest angle 0.34
+// rad, friction 0.5), the parameter that has most of that direction goes.
 std::vector<Unidentified> FindUnidentified(const Information& information, double row_variance,
                                            HeldParameters held);
 
-// Largest standard error with which a parameter still counts as identified (pull_scale, ln ratio, exponent).
+// Largest standard error with which a parameter still counts as identified (pull_scale, ln ratio, exponent,
+// rest angle in rad, friction).
 const std::array<double, kShared>& LargestStandardErrors();
 
 }  // namespace tendril

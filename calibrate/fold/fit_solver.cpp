@@ -7,12 +7,13 @@
 #include <cmath>
 #include <exception>
 #include <memory>
+#include <numbers>
 #include <optional>
-
-#include "model/fold/fold.h"
 
 namespace tendril {
 namespace {
+
+constexpr double kLargestFriction = 3;
 
 // One frame. A group of residuals longer than `huber` counts linearly: it is shortened so that half its
 // square is Huber's loss, which keeps the problem a plain least-squares one.
@@ -100,8 +101,18 @@ Status SolveFit(const FitFrames& frames, const HeldParameters& held, double hube
       problem.AddResidualBlock(new FrameCost(frame, how.options.residual, huber), nullptr, blocks);
       if (frame.source == PullSource::kFree) {
         problem.SetParameterLowerBound(blocks[1], 0, 1e-9);
-        problem.SetParameterUpperBound(blocks[1], 0, LargestPull(frame.design->closed_angle));
+        problem.SetParameterUpperBound(blocks[1], 0, frame.reach);
       }
+    }
+    if (!held[kRestAngle]) {
+      double most = std::numbers::pi / 2;
+      for (const FitFrame& frame : frames.frames) most = std::min(most, frame.design->closed_angle);
+      problem.SetParameterLowerBound(solution.parameters.data(), kRestAngle, 0);
+      problem.SetParameterUpperBound(solution.parameters.data(), kRestAngle, 0.95 * most);
+    }
+    if (!held[kFriction]) {
+      problem.SetParameterLowerBound(solution.parameters.data(), kFriction, 0);
+      problem.SetParameterUpperBound(solution.parameters.data(), kFriction, kLargestFriction);
     }
     std::vector<int> constant;
     for (int i = 0; i < kShared; ++i) {

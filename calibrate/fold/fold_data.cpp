@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <set>
@@ -22,6 +23,16 @@ std::optional<int> TentacleOf(const std::string& name) {
   const auto [stop, error] = std::from_chars(name.data() + kPrefix.size(), end, number);
   if (error != std::errc() || stop != end || number < 0) return std::nullopt;
   return number;
+}
+
+// Whether the command has fallen before a time, by more than a servo's resolution.
+bool WentBackBefore(const CommandLog& log, double time) {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < log.time.size() && log.time[i] <= time; ++i) {
+    if (log.pull[i] < largest - 1e-3) return true;
+    largest = std::max(largest, log.pull[i]);
+  }
+  return false;
 }
 
 }  // namespace
@@ -83,6 +94,7 @@ Result<FoldData> LoadFoldData(const std::filesystem::path& trial_folder) {
       o.commanded_pull = state.pull;
       o.settled_for = state.settled_for;
       o.steady_for = state.steady_for;
+      o.released = WentBackBefore(log, o.time);
       o.curve = series.curves[frame];
       if (!series.sigma.empty()) o.sigma = series.sigma[frame];
       if (!series.interpolated.empty()) o.interpolated = series.interpolated[frame];

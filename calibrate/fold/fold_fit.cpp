@@ -5,19 +5,22 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
-#include "calibrate/fold/fit_frames.h"
-#include "calibrate/fold/fit_information.h"
-#include "calibrate/fold/fit_solver.h"
+#include "calibrate/fold/fit_run.h"
 #include "calibrate/student_t.h"
 #include "model/median.h"
 
 namespace tendril {
 namespace {
 
-const char* const kNames[kShared] = {"pull_scale", "stiffness_ratio", "stiffness_exponent",
-                                     "the scatter of the nodes", "the scatter of the creases"};
+std::string NameOfShared(int parameter) {
+  if (parameter < kFoldParameters) return FoldParameterNames()[static_cast<std::size_t>(parameter)];
+  return parameter == kFoldParameters ? "the scatter of the nodes" : "the scatter of the creases";
+}
+
+constexpr double kDegree = std::numbers::pi / 180;
 
 // What the misfit looks like: per group of rows over all frames, and per frame.
 struct Misfit {
@@ -98,30 +101,37 @@ std::string WhyUnidentified(const FitFrames& frames, const FoldFitOptions& optio
     return fmt::format("the tentacles do not taper: every crease is {:.3g} mm wide", 1e3 * widest);
   }
   if (one.twin >= 0) {
-    return fmt::format("these shapes do not tell it from {}", kNames[one.twin]);
+    return fmt::format("these shapes do not tell it from {}", NameOfShared(one.twin));
   }
   return fmt::format("the shapes hardly depend on it at the pulls observed (up to {:.3g})", largest_pull);
 }
 
 void FillParameter(FittedParameter& parameter, int index, double value, double variance, double quantile) {
-  parameter.value = index == 1 ? std::exp(value) : value;
   const double error = std::sqrt(variance);
-  if (index == 1) {
-    // Fitted as a logarithm: the interval is that of the logarithm, and so never reaches 0.
-    parameter.standard_error = parameter.value * error;
-    parameter.interval = {parameter.value * std::exp(-quantile * error),
-                          parameter.value * std::exp(quantile * error)};
-  } else {
-    parameter.standard_error = error;
-    parameter.interval = {value - quantile * error, value + quantile * error};
-  }
+  parameter.value = ShownValue(index, value);
+  parameter.standard_error = index == kLogRatio    ? parameter.value * error
+                             : index == kRestAngle ? error / kDegree
+                                                   : error;
+  // The ratio is fitted as its logarithm: the interval is that of the logarithm, and so never reaches 0.
+  const double low = value - quantile * error;
+  const bool from_zero = index == kRestAngle || index == kFriction;
+  parameter.interval = {ShownValue(index, from_zero ? std::max(low, 0.0) : low),
+                        ShownValue(index, value + quantile * error)};
 }
 
-// Covariance of (.., ln ratio, ..) to that of (.., ratio, ..).
-Eigen::Matrix3d WithRatio(Eigen::Matrix3d covariance, double ratio) {
-  covariance.row(1) *= ratio;
-  covariance.col(1) *= ratio;
-  return covariance;
+// The covariance of what was fitted, of the model's parameters as they are shown.
+Eigen::MatrixXd ShownCovariance(const SharedMatrix& covariance, const std::vector<int>& shown, double ratio) {
+  const Eigen::Index n = static_cast<Eigen::Index>(shown.size());
+  const auto factor = [&](int i) { return i == kLogRatio ? ratio : i == kRestAngle ? 1 / kDegree : 1; };
+  Eigen::MatrixXd out(n, n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const int i = shown[static_cast<std::size_t>(a)];
+      const int j = shown[static_cast<std::size_t>(b)];
+      out(a, b) = factor(i) * factor(j) * covariance(i, j);
+    }
+  }
+  return out;
 }
 
 double ResidualRms(const FitFrames& frames, const Solution& solution) {
@@ -130,12 +140,9 @@ double ResidualRms(const FitFrames& frames, const Solution& solution) {
   for (const FitFrame& frame : frames.frames) {
     const double nuisance =
         frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
-    const std::optional<double> pull = EffectivePull(frame, solution.parameters, nuisance);
-    if (!pull) continue;
-    const Result<FoldTangent> fold =
-        FoldAt(*frame.design, *frame.layout, *pull, solution.parameters[1], solution.parameters[2]);
-    if (!fold.ok()) continue;
-    const double rms = AlignedRms(MoveNodes(*frame.layout, fold.value()).nodes, frame.seen);
+    const std::optional<FoldTangent> fold = FoldOf(frame, solution.parameters, nuisance);
+    if (!fold) continue;
+    const double rms = AlignedRms(MoveNodes(*frame.layout, *fold).nodes, frame.seen);
     const double count = static_cast<double>(frame.seen.index.size());
     squares += rms * rms * count;
     nodes += count;
@@ -178,8 +185,23 @@ Error NothingUsable(const FitFrames& frames, std::span<const FoldObservation> ob
 
 }  // namespace
 
+double ShownValue(int parameter, double fitted) {
+  return parameter == kLogRatio ? std::exp(fitted) : parameter == kRestAngle ? fitted / kDegree : fitted;
+}
+
+double FittedValue(int parameter, double shown) {
+  return parameter == kLogRatio ? std::log(shown) : parameter == kRestAngle ? shown * kDegree : shown;
+}
+
 Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const FoldFitOptions& options,
                         const Progress& progress) {
+  Result<FitRun> run = RunFit(observations, options, progress);
+  if (!run.ok()) return run.error();
+  return std::move(run.value().fit);
+}
+
+Result<FitRun> RunFit(std::span<const FoldObservation> observations, const FoldFitOptions& options,
+                      const Progress& progress) {
   const auto started = std::chrono::steady_clock::now();
   if (const Status s = CheckOptions(options); !s.ok()) return s.error();
   if (observations.empty())
@@ -201,18 +223,39 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
                              ratio, exponent)};
   }
   SharedVector start = SharedVector::Zero();
-  start.head<kFoldParameters>() << options.start_pull_scale, std::log(ratio), exponent;
+  const bool exact = options.model.law == FoldLaw::kExact;
+  const auto from_zero = [](bool free, double wanted, double designed, double else_at) {
+    if (!free) return designed;
+    return std::isfinite(wanted) ? wanted : designed > 0 ? designed : else_at;
+  };
+  const double rest =
+      from_zero(options.model.rest_angle, options.start_rest_angle, exact ? first.rest_angle : 0, 0.05);
+  const double friction =
+      from_zero(options.model.friction, options.start_friction, exact ? first.tendon_friction : 0, 0.03);
+  if (!(rest >= 0 && rest < 0.95 * first.closed_angle) || !(friction >= 0) || !std::isfinite(friction)) {
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("design: rest angle {} rad, friction {}; expected an angle from 0 to below {} rad "
+                    "and a friction of 0 or more",
+                    rest, friction, 0.95 * first.closed_angle)};
+  }
+  start.head<kFoldParameters>() << options.start_pull_scale, std::log(ratio), exponent, rest, friction;
+  SharedVector fallback = start;  // what is held where the data cannot tell: the design's
+  if (options.model.rest_angle) fallback[kRestAngle] = exact ? first.rest_angle : 0;
+  if (options.model.friction) fallback[kFriction] = exact ? first.tendon_friction : 0;
   solution.parameters = start;
   solution.nuisances = frames.nuisance_start;
 
   FoldFit fit;
   HeldParameters held{};
+  held[kRestAngle] = !options.model.rest_angle;
+  held[kFriction] = !options.model.friction;
   std::array<std::string, kShared> why;
   const auto hold = [&](const std::vector<Unidentified>& found) {
     for (const Unidentified& one : found) {
       const std::size_t i = static_cast<std::size_t>(one.parameter);
       held[i] = true;
-      solution.parameters[one.parameter] = start[one.parameter];
+      solution.parameters[one.parameter] = fallback[one.parameter];
       why[i] = WhyUnidentified(frames, options, one);
     }
     return !found.empty();
@@ -244,16 +287,25 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
     fit.trials += trial.information.trace() > 0 ? 1 : 0;
   const SharedMatrix naive = NaiveCovariance(information, information.row_variance, held);
   fit.clustered = fit.trials > 1;
-  const SharedMatrix covariance = fit.clustered ? ClusteredCovariance(information, held) : naive;
+  HeldParameters at_bound{};
+  for (const int i : {kRestAngle, kFriction}) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    at_bound[at] = !held[at] && solution.parameters[i] < 1e-7;
+  }
+  const SharedMatrix covariance = fit.clustered ? ClusteredCovariance(information, held, at_bound) : naive;
   fit.degrees_of_freedom = std::max(1, fit.trials - 1);
   const double quantile = fit.clustered
                               ? StudentTQuantile(0.5 + options.confidence / 2, fit.degrees_of_freedom)
                               : StudentTQuantile(0.5 + options.confidence / 2, 1e6);
-  for (int i = 0; i < kFoldParameters; ++i) {
+  std::vector<int> shown = {0, kLogRatio, kExponent};
+  if (options.model.rest_angle) shown.push_back(kRestAngle);
+  if (options.model.friction) shown.push_back(kFriction);
+  for (const int i : shown) {
     const std::size_t at = static_cast<std::size_t>(i);
-    FittedParameter& parameter = fit.parameters[at];
-    parameter.name = kNames[i];
-    parameter.value = i == 1 ? std::exp(solution.parameters[i]) : solution.parameters[i];
+    FittedParameter& parameter = fit.parameters.emplace_back();
+    parameter.name = NameOfShared(i);
+    parameter.value = ShownValue(i, solution.parameters[i]);
+    parameter.at_bound = at_bound[at];
     if (!held[at] && std::isfinite(covariance(i, i))) {
       FillParameter(parameter, i, solution.parameters[i], covariance(i, i), quantile);
       const double most = LargestStandardErrors()[at];
@@ -277,23 +329,28 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
         "one trial only: standard errors take every node as independent and are too small; record more "
         "trials");
   }
-  fit.covariance =
-      WithRatio(covariance.topLeftCorner<kFoldParameters, kFoldParameters>(), fit.parameters[1].value);
-  fit.naive_covariance =
-      WithRatio(naive.topLeftCorner<kFoldParameters, kFoldParameters>(), fit.parameters[1].value);
+  fit.covariance = ShownCovariance(covariance, shown, fit.parameters[1].value);
+  fit.naive_covariance = ShownCovariance(naive, shown, fit.parameters[1].value);
+  fit.model = options.model;
   fit.scatter = {solution.parameters[kFoldParameters], solution.parameters[kFoldParameters + 1]};
   fit.residual_rms = ResidualRms(frames, solution);
   fit.frames_used = static_cast<int>(frames.frames.size());
   fit.frames_settled =
       static_cast<int>(std::count_if(frames.frames.begin(), frames.frames.end(),
                                      [](const FitFrame& f) { return f.source == PullSource::kSettled; }));
-  fit.left_out = std::move(frames.left_out);
+  fit.left_out = frames.left_out;
   fit.iterations = solution.iterations;
   fit.converged = solution.converged;
   fit.message = solution.message;
   if (!fit.converged) fit.warnings.push_back(fmt::format("the fit did not converge: {}", fit.message));
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  return fit;
+  return FitRun{.fit = std::move(fit),
+                .frames = std::move(frames),
+                .solution = std::move(solution),
+                .held = held,
+                .at_bound = at_bound,
+                .information = std::move(information),
+                .huber = huber};
 }
 
 }  // namespace tendril

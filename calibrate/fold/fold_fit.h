@@ -1,17 +1,17 @@
 #pragma once
 // Which fold-model parameters explain observed shapes, and how surely? (docs/calibration.md)
 //
-// Three parameters: pull_scale (the tendon's real pull = pull_scale * commanded pull), stiffness_ratio (beta
-// creases / alpha creases) and stiffness_exponent (a crease's stiffness grows with width^p). Shapes are
-// compared free of pose. SI units.
+// Always pull_scale (the tendon's real pull = pull_scale * commanded pull), stiffness_ratio (beta creases /
+// alpha creases) and stiffness_exponent (a crease's stiffness grows with width^p); if the model says so, the
+// creases' rest angle and the tendon's friction. Shapes are compared free of pose. SI units.
 
 #include <Eigen/Core>
-#include <array>
 #include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "calibrate/fold/fold_model.h"
 #include "calibrate/fold/shape_residual.h"
 #include "model/fold/design.h"
 #include "model/geometry/framed_curve.h"
@@ -31,12 +31,14 @@ struct FoldObservation {
   // A tentacle lags its command: only where the command has stood still long enough are the two equal.
   double settled_for = std::numeric_limits<double>::infinity();
   double steady_for = std::numeric_limits<double>::infinity();
+  bool released = false;         // the command had gone back before: friction then remembers
   FramedCurve curve;             // nodes are the holes
   Eigen::VectorXd sigma;         // 1-sigma position error per node, m; NaN: not seen; no entries: not known
   Eigen::VectorXi interpolated;  // 1: not seen, bridged; no entries: all seen
 };
 
 struct FoldFitOptions {
+  FoldModel model;
   ShapeResidualOptions residual;
   // A tentacle has followed its command after this, s. Servo logs carry each servo's own command; where the
   // command is common and start-up delays are not logged, it takes longer.
@@ -51,11 +53,13 @@ struct FoldFitOptions {
   double start_pull_scale = 1;
   double start_ratio = std::numeric_limits<double>::quiet_NaN();
   double start_exponent = std::numeric_limits<double>::quiet_NaN();
+  double start_rest_angle = std::numeric_limits<double>::quiet_NaN();  // rad; NaN: the design's, or 0.05
+  double start_friction = std::numeric_limits<double>::quiet_NaN();    // NaN: the design's, or 0.03
 };
 
 // (db/trial_store.h has a FitParameter of its own, for the row.)
 struct FittedParameter {
-  std::string name;  // pull_scale, stiffness_ratio, stiffness_exponent
+  std::string name;  // of FoldParameterNames(), which say the unit
   double value = 0;  // where not identified: what it was held at
   double standard_error = std::numeric_limits<double>::quiet_NaN();
   struct Interval {
@@ -63,7 +67,8 @@ struct FittedParameter {
     double high = std::numeric_limits<double>::quiet_NaN();
   } interval;  // at options.confidence; NaN: none
   bool identified = false;
-  std::string why;  // why not identified
+  bool at_bound = false;  // rests at 0, its least value: better asked for its profile (fold_profile.h)
+  std::string why;        // why not identified
 };
 
 struct LeftOut {
@@ -71,13 +76,12 @@ struct LeftOut {
   std::string reason;
 };
 
-inline constexpr int kFoldParameters = 3;
-
 struct FoldFit {
-  std::array<FittedParameter, kFoldParameters> parameters;
-  // Of (pull_scale, stiffness_ratio, stiffness_exponent); NaN in rows and columns of what is not identified.
-  Eigen::Matrix3d covariance;        // clustered by trial; the naive one where there is one trial only
-  Eigen::Matrix3d naive_covariance;  // as if every node of every frame erred alone
+  FoldModel model;
+  std::vector<FittedParameter> parameters;  // the model's, in the order of FoldParameterNames()
+  // Of these; NaN in rows and columns of what is not identified.
+  Eigen::MatrixXd covariance;        // clustered by trial; the naive one where there is one trial only
+  Eigen::MatrixXd naive_covariance;  // as if every node of every frame erred alone
   bool clustered = false;
   int degrees_of_freedom = 0;  // of the t quantile behind the intervals: trials - 1
   Scatter scatter;             // nuisances; shape_residual.h says what they are

@@ -3,45 +3,43 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <vector>
 
 #include "model/fold/facet_chain.h"
-#include "model/fold/fold.h"
 
 namespace tendril {
 
-Result<FoldTangent> FoldAt(const TentacleDesign& design, const TentacleLayout& layout, double effective_pull,
-                           double log_ratio, double exponent) {
-  if (!std::isfinite(log_ratio) || !std::isfinite(exponent)) {
-    return Error{
-        ErrorKind::kBadInput,
-        fmt::format("stiffness: ln ratio {}, exponent {}; expected finite numbers", log_ratio, exponent)};
+Result<FoldTangent> FoldAt(const TentacleDesign& design, const TentacleLayout& layout,
+                           const FoldPoint& point) {
+  if (!std::isfinite(point.log_ratio) || !std::isfinite(point.exponent)) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("stiffness: ln ratio {}, exponent {}; expected finite numbers", point.log_ratio,
+                             point.exponent)};
   }
   const Eigen::Index creases = layout.width.size();
-  const Eigen::ArrayXd log_width = (layout.width.array() / design.base_width).log();
-  Eigen::ArrayXd log_ratio_slope = Eigen::ArrayXd::Zero(creases);
-  for (Eigen::Index i = 1; i < creases; i += 2) log_ratio_slope[i] = 1;
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(creases, 2);  // of ln W: ln ratio, exponent
+  for (Eigen::Index i = 1; i < creases; i += 2) directions(i, 0) = 1;
+  directions.col(1) = (layout.width.array() / design.base_width).log().matrix();
 
-  TentacleLayout at = layout;
-  at.stiffness = (exponent * log_width + log_ratio * log_ratio_slope).exp().matrix();
-  const Result<Fold> solved = SolveFold(at, design.base_width, design.closed_angle, effective_pull);
+  TentacleDesign with = design;
+  with.rest_angle = point.rest_angle;
+  with.tendon_friction = point.friction;
+  TentacleLayout at;  // what the laws read; a copy of the facets would cost more than the fold
+  at.half_spacing = layout.half_spacing;
+  at.crease_angle = layout.crease_angle;
+  at.width = layout.width;
+  at.stiffness = (directions * Eigen::Vector2d(point.log_ratio, point.exponent)).array().exp().matrix();
+  const Result<RisingFold> solved = SolveRisingFold(point.law, with, at, point.effective_pull);
   if (!solved.ok()) return solved.error();
+  const RisingSlopes slopes = SlopesOf(point.law, with, at, solved.value(), directions, point.by_friction);
 
   FoldTangent fold;
   fold.angle = solved.value().angle;
-  fold.closed = static_cast<int>(solved.value().closed.size());
-  fold.slope.setZero(creases, kFoldDirections);
-  // 1 where the crease is free to move.
-  const Eigen::ArrayXd open = (fold.angle.array() < design.closed_angle).cast<double>();
-  // sum 2 d cos(phi) = (1 - pull) L with ln phi = ln k + ln d - ln W for open creases; its differential is
-  // sum lever_i (dlnk - dlnW_i) = L dpull, lever_i = 2 d_i sin(phi_i) phi_i.
-  const Eigen::ArrayXd lever =
-      open * 2 * layout.half_spacing.array() * fold.angle.array().sin() * fold.angle.array();
-  const double all = lever.sum();
-  if (!(all > 0)) return fold;
-  const Eigen::ArrayXd moving = open * fold.angle.array();
-  fold.slope.col(kEffectivePull) = (moving * (FlatTendonLength(layout) / all)).matrix();
-  fold.slope.col(kLogRatio) = (moving * ((lever * log_ratio_slope).sum() / all - log_ratio_slope)).matrix();
-  fold.slope.col(kExponent) = (moving * ((lever * log_width).sum() / all - log_width)).matrix();
+  fold.closed = solved.value().closed;
+  fold.slope.resize(creases, kFoldDirections);
+  fold.slope << slopes.pull, slopes.stiffness, slopes.rest_angle, slopes.friction;
+  if (!point.by_rest_angle) fold.slope.col(kRestAngle).setZero();
+  if (!point.by_friction) fold.slope.col(kFriction).setZero();
   return fold;
 }
 
@@ -60,7 +58,12 @@ NodeMotion MoveNodes(const TentacleLayout& layout, const FoldTangent& fold) {
   motion.folded = (across * fold.angle.array().sin().square()).matrix();
   motion.folded_slope = (across * (2 * fold.angle.array()).sin()).matrix().asDiagonal() * fold.slope;
 
-  Eigen::Matrix3d spin = Eigen::Matrix3d::Zero();  // of the facet, one column per direction
+  std::vector<Eigen::Index> moving;  // directions in which anything moves
+  for (Eigen::Index k = 0; k < kFoldDirections; ++k) {
+    if (!fold.slope.col(k).isZero(0)) moving.push_back(k);
+  }
+  // Of the facet, one column per direction.
+  Eigen::Matrix<double, 3, kFoldDirections> spin = Eigen::Matrix<double, 3, kFoldDirections>::Zero();
   for (Eigen::Index i = 0; i + 1 < holes; ++i) {
     const Eigen::Isometry3d& facet = chain.tentacle_from_sheet[static_cast<std::size_t>(i)];
     const Eigen::Vector3d crease = facet * Eigen::Vector3d(0, 0, layout.crease_z[i]);
@@ -70,7 +73,7 @@ NodeMotion MoveNodes(const TentacleLayout& layout, const FoldTangent& fold) {
     const Eigen::Vector3d axis = facet.linear() * Eigen::Vector3d(0, std::sin(a), std::cos(a)) * sign;
     const Eigen::Vector3d to_crease = crease - motion.nodes.col(i);
     const Eigen::Vector3d from_crease = motion.nodes.col(i + 1) - crease;
-    for (Eigen::Index k = 0; k < kFoldDirections; ++k) {
+    for (const Eigen::Index k : moving) {
       Eigen::Matrix3Xd& velocity = motion.velocity[static_cast<std::size_t>(k)];
       const Eigen::Vector3d before = spin.col(k);
       spin.col(k) += axis * fold.slope(i, k);

@@ -80,6 +80,7 @@ ShapeResidual WindowResidual(const NodeMotion& model, const SeenNodes& seen,
   ShapeResidual residual;
   residual.group = 3;
   residual.value.resize(rows);
+  residual.sigma.resize(rows);
   residual.slope.setZero(rows, kShapeDirections);
   const Eigen::VectorXd inverse = InverseSigma(seen, options.model_error);
 
@@ -105,6 +106,7 @@ ShapeResidual WindowResidual(const NodeMotion& model, const SeenNodes& seen,
       rigid.block<3, 3>(3 * i, 3) = scale[i] * cross;
       residual.value.segment<3>(row + 3 * i) =
           scale[i] * (turned.col(i) - (points.col(i) - pose.seen_center));
+      residual.sigma.segment<3>(row + 3 * i).setConstant(1 / scale[i]);
       for (std::size_t k = 0; k < kFoldDirections; ++k) {
         slope.block<3, 1>(3 * i, static_cast<Eigen::Index>(k)) =
             scale[i] * (pose.rotation * model.velocity[k].col(seen.index[span.first + i]));
@@ -129,6 +131,7 @@ ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
   ShapeResidual residual;
   residual.group = 1;
   residual.value.resize(static_cast<Eigen::Index>(pairs.size()));
+  residual.sigma.resize(residual.value.size());
   residual.slope.setZero(static_cast<Eigen::Index>(pairs.size()), kShapeDirections);
   const double error2 = options.model_error * options.model_error;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -139,6 +142,7 @@ ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
     const double sigma2 =
         seen.sigma[pair.a] * seen.sigma[pair.a] + seen.sigma[pair.b] * seen.sigma[pair.b] + 2 * error2;
     const double sigma = std::sqrt(sigma2);
+    residual.sigma[row] = sigma;
     const Eigen::Vector3d chord = model.nodes.col(b) - model.nodes.col(a);
     const double folded = model.folded.segment(a, b - a).mean();
     const double square = chord.squaredNorm() + scatter.flat * sigma2 + scatter.folded * folded * error2;

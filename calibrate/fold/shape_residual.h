@@ -40,14 +40,15 @@ struct SeenNodes {
   Eigen::VectorXd sigma;    // 1-sigma position error, m                              (seen)
 };
 
-// Columns of slopes: the three directions of the fold, then the two scatters.
+// Columns of slopes: the directions of the fold, then the two scatters.
 inline constexpr int kShapeDirections = kFoldDirections + kScatters;
 
 // Groups of `group` rows belong together (a node's three components): a robust loss sees their length.
 struct ShapeResidual {
   int group = 1;
   Eigen::VectorXd value;  // in sigmas                                                          (rows)
-  // By pull, ln ratio, exponent, scatter flat and folded                                       (rows, 5)
+  Eigen::VectorXd sigma;  // that one sigma of `value` stands for, m                            (rows)
+  // By the directions of the fold, then scatter flat and folded                                (rows, 7)
   Eigen::Matrix<double, Eigen::Dynamic, kShapeDirections> slope;
 };
 

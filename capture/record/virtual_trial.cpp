@@ -117,6 +117,12 @@ Status CheckOptions(const TrialSpec& trial, const VirtualTrialOptions& o) {
   if (!(o.fold.pull_scale > 0 && o.fold.stiffness_ratio > 0 && std::isfinite(o.fold.stiffness_exponent))) {
     return bad("pull_scale and stiffness_ratio must be above 0 and stiffness_exponent finite");
   }
+  if (!(o.fold.rest_angle >= 0 && o.fold.rest_angle < trial.design.closed_angle && o.fold.friction >= 0)) {
+    return bad(
+        fmt::format("rest angle of {} rad and friction of {}; expected 0 up to the closed angle, and 0 "
+                    "or more",
+                    o.fold.rest_angle, o.fold.friction));
+  }
   if (!(trial.pull >= 0 && trial.pull < 1))
     return bad(fmt::format("pull of {}; expected 0 .. 1", trial.pull));
   if (!(trial.pull_rate > o.ranges.rate_perturbation)) {
@@ -136,10 +142,12 @@ std::string TruthToml(const VirtualTruth& truth, std::uint64_t seed) {
   std::string text =
       "# The hidden truth of a virtual trial. For judging results only: nothing that tracks or fits reads "
       "it.\n";
-  text +=
-      fmt::format("seed = \"{}\"\n\n[fold]\npull_scale = {}\nstiffness_ratio = {}\nstiffness_exponent = {}\n",
-                  seed, TomlNumber(truth.fold.pull_scale), TomlNumber(truth.fold.stiffness_ratio),
-                  TomlNumber(truth.fold.stiffness_exponent));
+  text += fmt::format(
+      "seed = \"{}\"\n\n[fold]\npull_scale = {}\nstiffness_ratio = {}\nstiffness_exponent = {}\n"
+      "law = \"{}\"\nrest_angle_deg = {}\nfriction = {}\n",
+      seed, TomlNumber(truth.fold.pull_scale), TomlNumber(truth.fold.stiffness_ratio),
+      TomlNumber(truth.fold.stiffness_exponent), NameOf(truth.fold.law), TomlDegrees(truth.fold.rest_angle),
+      TomlNumber(truth.fold.friction));
   text += fmt::format("\n[object]\nposition = {}\naxis = {}\nradius = {}\nlength = {}\n",
                       vector(truth.object.center), vector(truth.object.axis), TomlNumber(truth.object.radius),
                       TomlNumber(truth.object.length));
@@ -227,6 +235,11 @@ Result<TruthFile> ReadTruthFile(const std::filesystem::path& file) {
   fold.Required().Number("pull_scale", truth.fold.pull_scale, Above(0));
   fold.Required().Number("stiffness_ratio", truth.fold.stiffness_ratio, Above(0));
   fold.Required().Number("stiffness_exponent", truth.fold.stiffness_exponent);
+  std::string law = "paper";  // recordings of before have no law: it was the paper's
+  fold.Choice("law", law, {"paper", "exact"});
+  truth.fold.law = law == "exact" ? FoldLaw::kExact : FoldLaw::kPaper;
+  fold.Degrees("rest_angle_deg", truth.fold.rest_angle, Between(0, 90, "deg"));
+  fold.Number("friction", truth.fold.friction, AtLeast(0));
   TomlTable object = toml.value().Table("object");
   object.Required().Vector("position", truth.object.center, Finite("m"));
   object.Required().Vector("axis", truth.object.axis);

@@ -9,7 +9,6 @@
 #include "capture/rig/portable_random.h"
 #include "capture/rig/strip_chain.h"
 #include "model/check.h"
-#include "model/fold/fold.h"
 
 namespace tendril {
 namespace {
@@ -118,6 +117,8 @@ Result<VirtualTruth> DrawTruth(const TentacleDesign& design, const Gripper& grip
   truth.design = design;
   truth.design.stiffness_ratio = fold.stiffness_ratio;
   truth.design.stiffness_exponent = fold.stiffness_exponent;
+  truth.design.rest_angle = fold.rest_angle;
+  truth.design.tendon_friction = fold.friction;
   truth.fold = fold;
   truth.command = command;
   for (int i = 0; i < gripper.tentacles; ++i) {
@@ -169,7 +170,7 @@ Result<TrueShape> TrueShapeAt(const VirtualTruth& truth, double time) {
     const TentacleTruth& one = truth.tentacles[i];
     const double command = CommandAt(truth, static_cast<int>(i), time);
     const double pull = truth.fold.pull_scale * command;
-    const Result<Fold> fold = SolveFold(one.layout, truth.design.base_width, truth.design.closed_angle, pull);
+    const Result<RisingFold> fold = SolveRisingFold(truth.fold.law, truth.design, one.layout, pull);
     if (!fold.ok()) return Error(fold.error()).Within(fmt::format("virtual rig: tentacle {}", i));
     TrueTentacle tentacle = ShapeOfStrips(one, truth.design, fold.value().angle);
     tentacle.command = command;

@@ -15,6 +15,7 @@
 #include "capture/rig/tag_layout.h"
 #include "model/fold/design.h"
 #include "model/fold/gripper.h"
+#include "model/fold/rising_fold.h"
 #include "model/geometry/framed_curve.h"
 #include "model/result.h"
 
@@ -25,6 +26,9 @@ struct TrueFold {
   double pull_scale = 0.95;       // effective pull / commanded pull
   double stiffness_ratio = 1.0;   // beta creases / alpha creases
   double stiffness_exponent = 1;  // a crease's stiffness grows with width^p
+  FoldLaw law = FoldLaw::kPaper;  // by which the tentacles really fold
+  double rest_angle = 0;          // phi0, rad
+  double friction = 0;            // mu of the tendon at the holes; pulls only rise
 };
 
 // What differs from trial to trial. A deviation of 0 switches its draw off.
@@ -69,7 +73,7 @@ struct TentacleTruth {
 };
 
 struct VirtualTruth {
-  TentacleDesign design;  // as drawn, with the true stiffness ratio and exponent
+  TentacleDesign design;  // as drawn, with the true stiffness ratio and exponent, rest angle and friction
   TrueFold fold;
   PullCommand command;
   std::vector<TentacleTruth> tentacles;
@@ -112,7 +116,7 @@ struct TrueShape {
 // Pull commanded to a tentacle's servo at a time.
 double CommandAt(const VirtualTruth& truth, int tentacle, double time);
 
-//   errors  kUnreachable: the effective pull is beyond the design's reach
+//   errors  kUnreachable: the effective pull is beyond the design's reach; kBadInput as SolveRisingFold
 Result<TrueShape> TrueShapeAt(const VirtualTruth& truth, double time);
 
 // Where a tag's corners really are, in the lab, m.
