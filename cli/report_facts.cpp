@@ -120,6 +120,23 @@ void AddResidualFacts(const std::vector<ResidualRow>& rows, std::size_t frames,
   }
 }
 
+void CountContradictions(const std::vector<ResidualRow>& rows, TrialFacts& facts) {
+  struct Sightings {
+    int all = 0, used = 0;
+  };
+  std::map<std::pair<std::int64_t, int>, Sightings> of_tag;
+  for (const ResidualRow& row : rows) {
+    Sightings& sightings = of_tag[{row.frame, row.tag}];
+    ++sightings.all;
+    sightings.used += row.used ? 1 : 0;
+  }
+  for (const auto& [tag, sightings] : of_tag) {
+    if (sightings.all < 2) continue;
+    ++facts.shared;
+    facts.shared_contradicted += sightings.used < sightings.all ? 1 : 0;
+  }
+}
+
 // What `track` kept with its row: one object per camera, cause -> count.
 void AddRejected(const TrialDetails& details, std::vector<CameraFacts>& cameras) {
   for (const DerivedResult& result : details.results) {
@@ -182,6 +199,7 @@ Status AddCameras(const fs::path& folder, TrialFacts& facts) {
   if (!rows.ok()) return rows.error();
   for (CameraFacts& camera : facts.cameras) camera.shift_px.setZero();
   AddResidualFacts(rows.value(), frames, facts.cameras);
+  CountContradictions(rows.value(), facts);
   facts.residuals_known = true;
   return Ok{};
 }

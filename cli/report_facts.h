@@ -79,6 +79,9 @@ struct TrialFacts {
   std::vector<TentacleFacts> tentacles;
   std::vector<CameraFacts> cameras;
   bool residuals_known = false;
+  // Tags that several cameras saw in one frame, and of these the ones of which a sighting was left out: where
+  // cameras contradict each other. Tags that one camera saw alone can hardly contradict anything.
+  long shared = 0, shared_contradicted = 0;
   LinkFacts link;
   std::vector<std::string> remarks;  // what stands out, in words
 };

@@ -251,17 +251,21 @@ void AddBand(const TrialFacts& facts, const std::string& name, const std::vector
   PlotSeries points{.style = PlotSeries::Style::kPoints, .color = series.color};
   for (std::size_t k = 0; k < bands.size(); ++k) {
     const double time = facts.curves.front().time[facts.link.frames[k]];
-    const bool one = bands[k]->modes.size() < 2;
+    // With less than 2.5 % elsewhere the band lies in the one that is left, and its value stands for the
+    // mean.
+    const std::vector<LinkMode>& modes = bands[k]->modes;
+    const bool one = modes.size() < 2 || modes.front().share > 0.975;
+    const double value = modes.empty() ? bands[k]->mean : modes.front().value;
     series.x.push_back(time);
-    series.y.push_back(one ? bands[k]->mean : kNone);
+    series.y.push_back(one ? value : kNone);
     series.low.push_back(one ? bands[k]->low95 : kNone);
     series.high.push_back(one ? bands[k]->high95 : kNone);
     if (one && bands.size() > 60) continue;
     if (one) {
       points.x.push_back(time);
-      points.y.push_back(bands[k]->mean);
+      points.y.push_back(value);
     }
-    for (const LinkMode& mode : bands[k]->modes) {
+    for (const LinkMode& mode : modes) {
       if (one || mode.share < kLeast) continue;
       points.x.push_back(time);
       points.y.push_back(mode.value);

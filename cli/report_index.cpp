@@ -34,8 +34,8 @@ IndexRow KeyFigures(const TrialFacts& facts) {
 }
 
 std::string IndexOf(const std::string& lab, const std::vector<IndexRow>& rows) {
-  std::string html =
-      fmt::format("<h1>Trials of {}</h1>\n<div class=\"wide\"><table>\n<thead><tr>", XmlText(lab));
+  std::string html = fmt::format(
+      "<h1>Trials of {}</h1>\n<div class=\"wide\"><table class=\"index\">\n<thead><tr>", XmlText(lab));
   for (const char* head :
        {"trial", "date (UTC)", "kind", "state", "outcome", "design", "pull", "frames", "nodes seen",
         "sigma mm", "worst camera px", "object link at the end", "remarks"}) {
@@ -61,9 +61,13 @@ std::string IndexOf(const std::string& lab, const std::vector<IndexRow>& rows) {
           NumberText(1e3 * row.median_sigma, 2), NumberText(row.worst_camera_px, 2), row.object_link}) {
       html += fmt::format("<td>{}</td>", XmlText(cell));
     }
-    html += fmt::format("<td>{}</td></tr>\n", row.remarks.empty()
-                                                  ? std::string("-")
-                                                  : XmlText(fmt::format("{}", fmt::join(row.remarks, " "))));
+    html += "<td>";
+    if (!row.remarks.empty()) {
+      html += fmt::format("<details><summary>{}</summary>", row.remarks.size());
+      for (const std::string& remark : row.remarks) html += HtmlParagraph(remark);
+      html += "</details>";
+    }
+    html += "</td></tr>\n";
   }
   html += "</tbody></table></div>\n";
   html += HtmlParagraph(

@@ -49,6 +49,8 @@ Json FactsAsJson(const TrialFacts& facts) {
   json["cameras"] = Json::array();
   for (const CameraFacts& camera : facts.cameras)
     json["cameras"].push_back(CameraJson(camera, facts.residuals_known));
+  json["shared_tags"] = facts.residuals_known ? Json(facts.shared) : Json(nullptr);
+  json["shared_tags_contradicted"] = facts.residuals_known ? Json(facts.shared_contradicted) : Json(nullptr);
   json["link_at_end"] = nullptr;
   json["undecided"] = Json::array();
   if (!facts.link.bands.empty()) {

@@ -59,6 +59,13 @@ std::string Head(const TrialFacts& facts) {
   const Eigen::VectorXd& time = facts.curves.front().time;
   rows.emplace_back(
       "frames", fmt::format("{}, from {:.2f} s to {:.2f} s", time.size(), time[0], time[time.size() - 1]));
+  for (const DerivedResult& result : facts.details.results) {
+    if (result.what != "track") continue;
+    std::string from;
+    for (const auto& [name, hash] : result.input_sha256) from += (from.empty() ? "" : ", ") + name;
+    rows.emplace_back("tracked", fmt::format("{} UTC by {}, from {}", UtcText(result.made_ns),
+                                             result.program_version, from));
+  }
   if (!facts.details.notes.empty()) rows.emplace_back("notes", facts.details.notes);
   std::string html = fmt::format("<h1>{}</h1>\n", XmlText(t.label)) + HtmlFacts(rows);
   if (facts.remarks.empty()) return html + HtmlParagraph("Nothing stands out.", "short");
@@ -72,12 +79,17 @@ std::string Stills(const TrialFacts& facts, const std::vector<PageStill>& stills
   if (stills.empty()) return html + HtmlParagraph("This trial has no pictures.");
   html +=
       "<p class=\"note\">What the tracker made of them, drawn over the pictures (only what is around the "
-      "curves): "
-      "<span class=\"key\" style=\"background:#40d0ff\"></span> node seen, "
-      "<span class=\"key\" style=\"background:#ffa500\"></span> bridged by the model (circle: sigma), "
-      "<span class=\"key\" style=\"background:#d65cd6\"></span> not seen (dashed: the model alone); "
-      "<span class=\"key\" style=\"background:#40d060\"></span> tag on its facet, "
-      "<span class=\"key\" style=\"background:#f04040\"></span> tag elsewhere.</p>\n";
+      "curves):";
+  for (const auto& [color, meaning] : {std::pair{"#40d0ff", "node seen"},
+                                       {"#ffa500", "bridged by the model (circle: sigma)"},
+                                       {"#d65cd6", "not seen (dashed: the model alone)"},
+                                       {"#40d060", "tag on its facet"},
+                                       {"#f04040", "tag elsewhere"}}) {
+    html +=
+        fmt::format(" <span class=\"legend\"><span class=\"key\" style=\"background:{}\"></span> {}</span>",
+                    color, meaning);
+  }
+  html += "</p>\n";
   html += fmt::format("<div class=\"stills{}\">\n", facts.cameras.size() == 1 ? " single" : "");
   for (const PageStill& still : stills) {
     const std::string caption = fmt::format("camera {}, frame {}, {:.2f} s: {}",
@@ -161,6 +173,11 @@ std::string Cameras(const TrialFacts& facts, const PageFigures& figures) {
         "were glued, what the cameras' calibration is off, and the chain's own error. A camera that moved "
         "stands out; what all "
         "cameras agree on does not show, for the chain follows it.");
+    if (facts.cameras.size() > 1) {
+      html += HtmlParagraph(
+          fmt::format("{} tags were seen by several cameras at once; of {} of these a sighting was left out.",
+                      facts.shared, facts.shared_contradicted));
+    }
     html += Plots(figures.residuals);
   }
   html += "<h3>Tags that were expected and not believed</h3>\n";

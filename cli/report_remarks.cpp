@@ -66,12 +66,6 @@ void CompareResiduals(const std::vector<CameraFacts>& cameras, std::vector<std::
 }
 
 void TellLeftOut(const std::vector<CameraFacts>& cameras, std::vector<std::string>& remarks) {
-  long on_facet = 0;
-  long left_out = 0;
-  for (const CameraFacts& camera : cameras) {
-    on_facet += camera.on_facet;
-    left_out += camera.left_out;
-  }
   for (const CameraFacts& camera : cameras) {
     if (20 * camera.left_out > camera.on_facet) {
       remarks.push_back(
@@ -84,14 +78,19 @@ void TellLeftOut(const std::vector<CameraFacts>& cameras, std::vector<std::strin
                                     camera.dropped, camera.pictures));
     }
   }
-  if (cameras.size() > 1 && 10 * left_out > on_facet) {
-    remarks.push_back(
-        fmt::format("Of all tags {:.0f} % were left out. Wrong identities are not that frequent: cameras "
-                    "contradict each other when "
-                    "one has moved since it was calibrated, or their pictures are not of one moment. "
-                    "`tendril calibrate cameras` tells.",
-                    100.0 * static_cast<double>(left_out) / static_cast<double>(on_facet)));
-  }
+}
+
+void TellContradictions(const TrialFacts& facts, std::vector<std::string>& remarks) {
+  constexpr long kFewest = 20;  // tags, below which nothing is said
+  if (facts.shared < kFewest || 4 * facts.shared_contradicted < facts.shared) return;
+  remarks.push_back(fmt::format(
+      "Of {} tags that several cameras saw at once, {} ({:.0f} %) had a sighting left out: the cameras "
+      "contradict each "
+      "other. One may have moved since it was calibrated, or their pictures are not of one moment; `tendril "
+      "calibrate cameras` "
+      "tells.",
+      facts.shared, facts.shared_contradicted,
+      100.0 * static_cast<double>(facts.shared_contradicted) / static_cast<double>(facts.shared)));
 }
 
 // "3", "3 and 5", "3 to 7 and 9".
@@ -148,6 +147,7 @@ std::vector<std::string> RemarksOn(const TrialFacts& facts) {
   TellTentacles(facts.tentacles, remarks);
   CompareFinds(facts.cameras, remarks);
   CompareResiduals(facts.cameras, remarks);
+  TellContradictions(facts, remarks);
   TellLeftOut(facts.cameras, remarks);
   TellUndecided(facts, remarks);
   for (const std::string& gap : facts.gaps) remarks.push_back("Missing: " + gap + ".");

@@ -14,10 +14,11 @@ h1 { font-size: 26px; margin: 0.2em 0 0.5em; overflow-wrap: anywhere; }
 h2 { font-size: 19px; margin: 1.6em 0 0.4em; padding-bottom: 2px; border-bottom: 1px solid var(--line); }
 h3 { font-size: 15px; margin: 1.2em 0 0.3em; }
 table { border-collapse: collapse; font-size: 13px; margin: 0.4em 0; }
-th, td { text-align: left; padding: 3px 12px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top;
-  overflow-wrap: anywhere; }
+th, td { text-align: left; padding: 3px 12px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+td { overflow-wrap: anywhere; }
 th { font-weight: 600; }
 .facts th { color: var(--faint); font-weight: 400; white-space: nowrap; }
+.index td:nth-child(2) { min-width: 5.5em; }
 .wide { overflow-x: auto; }
 .wide td { overflow-wrap: normal; }
 .note { color: var(--faint); font-size: 13px; margin: 0.4em 0; }
@@ -32,6 +33,7 @@ figure { margin: 0; break-inside: avoid; }
 .single { grid-template-columns: 1fr; }
 .stills img { max-width: 100%; max-height: 480px; width: auto; height: auto; display: block; }
 figcaption { font-size: 12px; color: var(--faint); }
+.legend { white-space: nowrap; }
 .key { display: inline-block; width: 18px; height: 4px; vertical-align: middle; }
 footer { margin-top: 2em; font-size: 12px; color: var(--faint); }
 a { color: inherit; }
@@ -39,6 +41,7 @@ a { color: inherit; }
 @media print {
   :root { --ground: #ffffff; --text: #000000; --faint: #444444; --line: #c8c8c8; --note: #f4f4f4; }
   body { font-size: 10.5pt; max-width: none; padding: 0; }
+  table { font-size: 9pt; }
   .stills img { max-height: 90mm; }
   h2, h3 { break-after: avoid; }
   tr { break-inside: avoid; }

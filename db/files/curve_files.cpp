@@ -60,7 +60,7 @@ std::string Disagreement(const CurveSeries& series) {
   };
   for (const std::string& problem :
        {per_frame("sigma", series.sigma.size()), per_frame("interpolated", series.interpolated.size()),
-        per_frame("covariance", series.covariance_factor.size())}) {
+        per_frame("covariance", series.covariance_factor.size()), per_frame("angle", series.angle.size())}) {
     if (!problem.empty()) return problem;
   }
   for (const auto& sigma : series.sigma) {
@@ -69,6 +69,11 @@ std::string Disagreement(const CurveSeries& series) {
   for (const auto& interpolated : series.interpolated) {
     if (interpolated.size() != nodes) {
       return fmt::format("{} interpolated for {} nodes", interpolated.size(), nodes);
+    }
+  }
+  for (const auto& angle : series.angle) {
+    if (angle.size() != nodes - 1) {
+      return fmt::format("{} angles for {} nodes, expected one less", angle.size(), nodes);
     }
   }
   for (const auto& factor : series.covariance_factor) {

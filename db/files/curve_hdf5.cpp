@@ -107,7 +107,8 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
     covariance = reader.Read("covariance", {frames, 3 * nodes, CurveReader::kAny}, "m");
   }
   Array angle;
-  if (hdf5::Has(reader.group, "angle")) angle = reader.Read("angle", {frames, CurveReader::kAny}, "rad");
+  if (hdf5::Has(reader.group, "angle"))
+    angle = reader.Read("angle", {frames, nodes > 0 ? nodes - 1 : 0}, "rad");
   if (!reader.status.ok()) return series;
 
   series.time = Eigen::Map<const Eigen::VectorXd>(time.values.data(), static_cast<Eigen::Index>(frames));

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "tests/support/program.h"
 
@@ -99,6 +100,64 @@ TEST(DrawFigure, PolygonsNeedRangesAndEqualArrays) {
   EXPECT_THAT(text, testing::HasSubstr("rgb(170, 187, 204)"));
   figure.panels[0].polygons[0].y.pop_back();
   EXPECT_FALSE(DrawFigure(figure, folder / "b.svg").ok());
+}
+
+Figure Map() {
+  PlotHeat heat{
+      .columns = 3, .rows = 2, .values = {0, 1, 2, 3, std::nan(""), 5}, .hatched = {0, 1, 0, 0, 0, 0}};
+  heat.range = {0, 5};
+  heat.label = "phi (degrees)";
+  Panel panel{.title = "a map", .x_range = {{0, 1}}, .y_range = {{0, 1}}};
+  panel.heat = heat;
+  return {.panels = {panel}};
+}
+
+TEST(DrawFigure, AMapIsAPictureInsideTheFileWithItsColourBar) {
+  const TemporaryFolder folder;
+  const Status done = DrawFigure(Map(), folder / "map.svg");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const std::string text = ReadText(folder / "map.svg");
+  EXPECT_THAT(text, testing::HasSubstr("data:image/png;base64,"));
+  EXPECT_THAT(text, testing::HasSubstr("phi (degrees)"));
+  EXPECT_EQ(FilesIn(folder), 1u);
+}
+
+TEST(DrawFigure, AMapNeedsAValueForEachCell) {
+  const TemporaryFolder folder;
+  Figure figure = Map();
+  figure.panels[0].heat->values.pop_back();
+  EXPECT_THAT(DrawFigure(figure, folder / "map.svg").error().message,
+              testing::HasSubstr("2 by 3 cells has 5"));
+  figure = Map();
+  figure.panels[0].heat->hatched.pop_back();
+  EXPECT_EQ(DrawFigure(figure, folder / "map.svg").error().kind, ErrorKind::kBadInput);
+  figure.panels[0].heat->rows = 0;
+  EXPECT_EQ(DrawFigure(figure, folder / "map.svg").error().kind, ErrorKind::kBadInput);
+}
+
+TEST(FigureForPage, RefersToNothingOutsideAndSharesNoIdWithAnother) {
+  const auto first = FigureForPage(Map(), "f1", "a map of <b>\"angles\"");
+  const auto second = FigureForPage(TwoPanels(), "f2", "two panels");
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  for (const std::string& svg : {first.value(), second.value()}) {
+    EXPECT_EQ(svg.rfind("<svg ", 0), 0u);
+    EXPECT_THAT(svg, testing::Not(testing::HasSubstr("http")));
+    EXPECT_THAT(svg, testing::Not(testing::HasSubstr("<title>")));
+    EXPECT_THAT(svg, testing::Not(testing::HasSubstr("xlink")));
+  }
+  EXPECT_THAT(first.value(), testing::HasSubstr("aria-label=\"a map of &lt;b&gt;&quot;angles&quot;\""));
+  const auto ids = [](const std::string& svg) {
+    std::set<std::string> found;
+    for (std::size_t at = 0; (at = svg.find(" id=", at)) != std::string::npos;) {
+      at += 5;
+      EXPECT_TRUE(found.insert(svg.substr(at, svg.find(svg[at - 1], at) - at)).second);
+    }
+    return found;
+  };
+  std::set<std::string> all = ids(first.value());
+  EXPECT_FALSE(all.empty());
+  for (const std::string& id : ids(second.value())) EXPECT_TRUE(all.insert(id).second) << id;
 }
 
 }  // namespace

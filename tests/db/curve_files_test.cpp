@@ -41,6 +41,7 @@ CurveSeries Series(const std::string& name, int frames, int nodes, bool whole) {
         Eigen::VectorXi::NullaryExpr(nodes, [&] { return static_cast<int>(random() % 2); }));
     s.covariance_factor.emplace_back(
         Eigen::MatrixXd::NullaryExpr(3 * nodes, 4, [&] { return normal(random); }));
+    s.angle.emplace_back(Eigen::VectorXd::NullaryExpr(nodes - 1, [&] { return normal(random); }));
   }
   return s;
 }
@@ -65,6 +66,10 @@ void ExpectSame(const CurveSeries& a, const CurveSeries& b) {
     }
     if (!a.interpolated.empty()) {
       EXPECT_EQ(a.interpolated[f], b.interpolated[f]);
+    }
+    ASSERT_EQ(a.angle.size(), b.angle.size());
+    if (!a.angle.empty()) {
+      EXPECT_TRUE(Same(a.angle[f], b.angle[f]));
     }
     if (!a.covariance_factor.empty()) {
       EXPECT_TRUE(Same(a.covariance_factor[f], b.covariance_factor[f]));
@@ -241,6 +246,10 @@ TEST_F(CurveFiles, SizesAndNamesThatDoNotAgreeAreRefusedBeforeWriting) {
   s.sigma.pop_back();
   EXPECT_THAT(WriteCurves(folder_ / "c.h5", std::vector{s}, "").error().message,
               HasSubstr("1 sigma entries"));
+  s = Series("a", 2, 3, true);
+  s.angle[1].resize(3);
+  EXPECT_THAT(WriteCurves(folder_ / "c.h5", std::vector{s}, "").error().message,
+              HasSubstr("3 angles for 3 nodes, expected one less"));
   s = Series("a", 2, 3, false);
   s.curves[1].points.resize(3, 2);
   EXPECT_THAT(WriteCurves(folder_ / "c.h5", std::vector{s}, "").error().message,

@@ -92,6 +92,30 @@ TEST_F(RecordingLogs, DetectionsWithoutSigmaAreReadAsBefore) {
   EXPECT_TRUE(std::isnan(read.value()[0].sigma_px));
 }
 
+TEST_F(RecordingLogs, ResidualsKeepEveryBitAndWhetherTheTagWasUsed) {
+  std::vector<ResidualRow> rows(2);
+  rows[0].camera = 1;
+  rows[0].frame = 7;
+  rows[0].tag = 586;
+  rows[0].used = true;
+  rows[0].corners_px << 0.1, -1.0 / 3, 1e-17, 4, 5, 6, 7, -0.0;
+  rows[1].frame = 8;
+  rows[1].corners_px.setConstant(std::nan(""));  // behind the camera
+  ASSERT_TRUE(WriteResiduals(folder_ / "residuals.csv", rows).ok());
+  EXPECT_THAT(testing_support::ReadText(folder_ / "residuals.csv"), HasSubstr("0,8,0,0,,,,,,,,\n"));
+  const auto read = ReadResiduals(folder_ / "residuals.csv");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_EQ(read.value().size(), 2U);
+  EXPECT_EQ(read.value()[0].corners_px, rows[0].corners_px);
+  EXPECT_TRUE(read.value()[0].used);
+  EXPECT_EQ(read.value()[0].frame, 7);
+  EXPECT_FALSE(read.value()[1].used);
+  EXPECT_TRUE(read.value()[1].corners_px.array().isNaN().all());
+  EXPECT_THAT(
+      MessageOf(ReadResiduals(File("camera,frame,tag,used,x0,y0,x1,y1,x2,y2,x3,y3\n0,0,0,2,,,,,,,,\n"))),
+      HasSubstr("used = '2': expected"));
+}
+
 TEST_F(RecordingLogs, AHeaderAloneIsARecordingOfNothing) {
   EXPECT_TRUE(ReadFrameLog(File(kFrames)).value().empty());
   EXPECT_TRUE(ReadServoLog(File(kServo)).value().empty());
