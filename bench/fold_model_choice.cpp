@@ -45,7 +45,7 @@ std::vector<Case> Cases() {
 
 std::vector<FoldObservation> Campaign(const Case& one, int trials, std::uint64_t seed) {
   Gripper gripper;
-  gripper.tentacles = 2;
+  gripper.tentacles = 1;
   constexpr double kRate = 0.03;
   std::vector<FoldObservation> observations;
   for (int trial = 0; trial < trials; ++trial) {
@@ -55,10 +55,10 @@ std::vector<FoldObservation> Campaign(const Case& one, int trials, std::uint64_t
     const VirtualTruth drawn = DrawTruth({}, gripper, one.truth, {pull, kRate}, {}, {}, random).value();
     const double ramp_end = pull / kRate;
     const double last = ramp_end + 3.2;
-    for (int frame = 0; frame < 8; ++frame) {
+    for (int frame = 0; frame < 6; ++frame) {
       FoldObservation o;
       o.trial = fmt::format("t{}", trial);
-      o.time = last * frame / 7;
+      o.time = last * frame / 5;
       o.commanded_pull = std::min(kRate * o.time, pull);
       o.steady_for = o.time > ramp_end ? o.time - ramp_end : frame == 0 ? 1e9 : o.time;
       o.settled_for = o.time > ramp_end ? o.time - ramp_end : frame == 0 ? 1e9 : 0;
@@ -157,7 +157,7 @@ void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed) {
 int main(int argc, char** argv) {
   using namespace tendril::test;
   const int campaigns = argc > 1 ? std::atoi(argv[1]) : 50;
-  const int trials = argc > 2 ? std::atoi(argv[2]) : 12;
+  const int trials = argc > 2 ? std::atoi(argv[2]) : 9;
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 8'000'000;
   const std::string only = argc > 4 ? argv[4] : "";
   fmt::print("| true model | chosen | models chosen | s per comparison |\n");

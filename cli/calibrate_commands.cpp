@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,8 +13,12 @@
 #include "calibrate/fold/fold_data.h"
 #include "calibrate/fold/fold_fit.h"
 #include "capture/record/virtual_trial.h"
+#include "cli/fold_models_answer.h"
 #include "cli/lab_option.h"
 #include "cli/program_version.h"
+#include "db/files/design_toml.h"
+#include "db/files/safe_file.h"
+#include "db/files/toml_write.h"
 #include "db/trial_query.h"
 #include "db/trial_store.h"
 
@@ -28,6 +33,10 @@ struct CalibrateFoldCall {
   double lag = 0.25;
   double confidence = 0.95;
   bool dry_run = false;
+  std::string model = "paper";
+  bool compare = false;
+  std::string profile;
+  std::string out;
 };
 
 struct Chosen {
@@ -92,7 +101,8 @@ std::optional<TrueFold> TruthOf(Lab& lab, const std::vector<Chosen>& trials) {
     if (!file.ok()) return std::nullopt;
     const TrueFold& fold = file.value().fold;
     if (truth && (truth->pull_scale != fold.pull_scale || truth->stiffness_ratio != fold.stiffness_ratio ||
-                  truth->stiffness_exponent != fold.stiffness_exponent)) {
+                  truth->stiffness_exponent != fold.stiffness_exponent || truth->law != fold.law ||
+                  truth->rest_angle != fold.rest_angle || truth->friction != fold.friction)) {
       return std::nullopt;
     }
     truth = fold;
@@ -100,23 +110,30 @@ std::optional<TrueFold> TruthOf(Lab& lab, const std::vector<Chosen>& trials) {
   return truth;
 }
 
-double TrueValue(const std::optional<TrueFold>& truth, std::size_t parameter) {
+double TrueValue(const std::optional<TrueFold>& truth, const std::string& parameter) {
   if (!truth) return kNotKnown;
-  return parameter == 0   ? truth->pull_scale
-         : parameter == 1 ? truth->stiffness_ratio
-                          : truth->stiffness_exponent;
+  const std::pair<const char*, double> known[] = {
+      {"pull_scale", truth->pull_scale},
+      {"stiffness_ratio", truth->stiffness_ratio},
+      {"stiffness_exponent", truth->stiffness_exponent},
+      {"rest_angle_deg", truth->rest_angle * 180 / std::numbers::pi},
+      {"friction", truth->friction}};
+  for (const auto& [name, value] : known) {
+    if (name == parameter) return value;
+  }
+  return kNotKnown;
 }
 
 void Show(Output& out, const std::string& design, const FoldFit& fit, const std::optional<TrueFold>& truth,
           double confidence) {
-  out.Print("design {}: {} trials, {} curves ({} left out), residual {:.2f} mm", design, fit.trials,
-            fit.frames_used, fit.left_out.size(), 1e3 * fit.residual_rms);
+  out.Print("design {}, model {}: {} trials, {} curves ({} left out), residual {:.2f} mm", design,
+            NameOf(fit.model), fit.trials, fit.frames_used, fit.left_out.size(), 1e3 * fit.residual_rms);
   out.Print("  {:20} {:>9} {:>9}   {:>4.0f} % interval{}", "parameter", "value", "SE", 100 * confidence,
             truth ? "          true" : "");
   nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < fit.parameters.size(); ++i) {
     const FittedParameter& p = fit.parameters[i];
-    const double actual = TrueValue(truth, i);
+    const double actual = TrueValue(truth, p.name);
     const std::string beside = truth ? fmt::format("   {:9.4f}", actual) : "";
     if (std::isfinite(p.standard_error)) {
       out.Print("  {:20} {:9.4f} {:9.4f}   {:7.4f} .. {:7.4f}{}{}", p.name, p.value, p.standard_error,
@@ -130,17 +147,29 @@ void Show(Output& out, const std::string& design, const FoldFit& fit, const std:
                                   {"interval", {NumberOrNull(p.interval.low), NumberOrNull(p.interval.high)}},
                                   {"identified", p.identified}};
     if (!p.identified) one["why"] = p.why;
+    if (p.at_bound) one["at_bound"] = true;
     if (truth) one["true"] = actual;
     parameters.push_back(std::move(one));
   }
   for (const std::string& warning : fit.warnings) out.Warn(fmt::format("design {}: {}", design, warning));
+  if (fit.hint) out.Print("  {}", fit.hint->sentence);
   nlohmann::ordered_json covariance = nlohmann::ordered_json::array();
-  for (int a = 0; a < kFoldParameters; ++a) {
+  for (Eigen::Index a = 0; a < fit.covariance.rows(); ++a) {
     nlohmann::ordered_json row = nlohmann::ordered_json::array();
-    for (int b = 0; b < kFoldParameters; ++b) row.push_back(NumberOrNull(fit.covariance(a, b)));
+    for (Eigen::Index b = 0; b < fit.covariance.cols(); ++b)
+      row.push_back(NumberOrNull(fit.covariance(a, b)));
     covariance.push_back(std::move(row));
   }
+  nlohmann::ordered_json hint = nullptr;
+  if (fit.hint) {
+    hint = {{"parameter", fit.hint->parameter},
+            {"best_pull", fit.hint->best_pull},
+            {"pull", fit.hint->pull},
+            {"error_ratio", fit.hint->error_ratio},
+            {"sentence", fit.hint->sentence}};
+  }
   out.fields()["fits"].push_back({{"design", design},
+                                  {"model", NameOf(fit.model)},
                                   {"trials", fit.trials},
                                   {"curves", fit.frames_used},
                                   {"curves_left_out", fit.left_out.size()},
@@ -151,7 +180,32 @@ void Show(Output& out, const std::string& design, const FoldFit& fit, const std:
                                   {"residual_rms_mm", 1e3 * fit.residual_rms},
                                   {"converged", fit.converged},
                                   {"iterations", fit.iterations},
-                                  {"seconds", fit.seconds}});
+                                  {"seconds", fit.seconds},
+                                  {"hint", std::move(hint)}});
+}
+
+// The design with what was fitted in place of what was drawn, for scenes and sweeps.
+Status WriteFittedDesign(const std::string& file, TentacleDesign design, const FoldFit& fit,
+                         const std::string& name, const std::vector<std::string>& trials, double confidence) {
+  std::string text =
+      fmt::format("# Design {} with the fold model {} as fitted by {} to {} trials (residual {:.3f} mm).\n",
+                  name, NameOf(fit.model), ProgramVersion(), fit.trials, 1e3 * fit.residual_rms);
+  design.law = fit.model.law;
+  if (fit.model.law == FoldLaw::kPaper) design.rest_angle = design.tendon_friction = 0;
+  for (const FittedParameter& p : fit.parameters) {
+    text += fmt::format("#   {} = {:.6g}, ", p.name, p.value);
+    text += p.identified ? fmt::format("{:.3g} % interval {:.6g} .. {:.6g}\n", 100 * confidence,
+                                       p.interval.low, p.interval.high)
+                         : fmt::format("not identified: {}\n", p.why);
+    if (p.name == "pull_scale") design.pull_scale = p.value;
+    if (p.name == "stiffness_ratio") design.stiffness_ratio = p.value;
+    if (p.name == "stiffness_exponent") design.stiffness_exponent = p.value;
+    if (p.name == "rest_angle_deg") design.rest_angle = RadiansOfDegrees(p.value);
+    if (p.name == "friction") design.tendon_friction = p.value;
+  }
+  text += "# Trials:";
+  for (const std::string& trial : trials) text += " " + trial;
+  return WriteText(file, text + "\n\n" + DesignToml(design));
 }
 
 Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& design,
@@ -170,19 +224,40 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   FoldFitOptions options;
   options.longest_lag = call.lag;
   options.confidence = call.confidence;
+  options.model = *FoldModelOf(call.model);
+  const std::optional<TrueFold> truth = TruthOf(lab, trials);
+  if (call.compare) {
+    const Result<FoldModel> chosen = CompareModels(observations, options, design, truth, out);
+    if (!chosen.ok()) return chosen.error();
+    options.model = chosen.value();
+  }
+  if (!call.profile.empty()) {
+    if (const Status s = ShowProfile(observations, options, call.profile, design, out); !s.ok()) return s;
+  }
   const Result<FoldFit> fit = FitFold(observations, options, out.ShowProgress("fit " + design));
   if (!fit.ok()) return Error(fit.error()).Within("design " + design);
 
-  const std::optional<TrueFold> truth = TruthOf(lab, trials);
   Show(out, design, fit.value(), truth, call.confidence);
+  if (!call.out.empty()) {
+    if (const Status s = WriteFittedDesign(call.out, observations.front().design, fit.value(), design,
+                                           row.trial_ids, call.confidence);
+        !s.ok()) {
+      return s;
+    }
+    out.fields()["fits"].back()["out"] = call.out;
+    out.Print("  fitted design          {}", call.out);
+  }
   if (call.dry_run) return Ok{};
   row.scope = fmt::format("design {}", design);
+  row.model = fit.value().model == FoldModel{} ? "fold" : "fold:" + NameOf(fit.value().model);
   row.residual_rms_m = fit.value().residual_rms;
   for (std::size_t i = 0; i < fit.value().parameters.size(); ++i) {
     const FittedParameter& p = fit.value().parameters[i];
-    row.parameters.push_back({p.name, p.value, p.standard_error, p.identified, TrueValue(truth, i)});
+    row.parameters.push_back({p.name, p.value, p.standard_error, p.identified, TrueValue(truth, p.name)});
   }
   provenance.parameters_json = nlohmann::json{
+      {"model", NameOf(fit.value().model)},
+      {"chosen_by_comparison", call.compare},
       {"lag_s", call.lag},
       {"confidence", call.confidence},
       {"residual", "distances"},
@@ -197,6 +272,10 @@ Status RunCalibrateFold(const CalibrateFoldCall& call, Output& out) {
   if (!lab.ok()) return lab.error();
   const auto by_design = ChooseTrials(lab.value(), call);
   if (!by_design.ok()) return by_design.error();
+  if (!call.out.empty() && by_design.value().size() > 1) {
+    return Error{ErrorKind::kBadInput, fmt::format("--out {}: {} designs are fitted; name one with --design",
+                                                   call.out, by_design.value().size())};
+  }
   out.fields()["fits"] = nlohmann::ordered_json::array();
   for (const auto& [design, trials] : by_design.value()) {
     if (Status s = FitDesign(lab.value(), call, design, trials, out); !s.ok()) return s;
@@ -211,8 +290,10 @@ Command MakeCalibrateFoldCommand() {
   return {
       .path = "calibrate fold",
       .help =
-          "fit the fold model's pull scale, stiffness ratio and exponent to tracked trials, design by design",
-      .example = "tendril calibrate fold --lab mylab --kind virtual --design paper",
+          "fit a fold model (pull scale, stiffnesses, rest angle, friction) to tracked trials, design by "
+          "design",
+      .example =
+          "tendril calibrate fold --lab mylab --kind virtual --design paper --compare --out fitted.toml",
       .declare =
           [call](CLI::App& app) {
             AddLabOption(app, call->lab);
@@ -234,6 +315,25 @@ Command MakeCalibrateFoldCommand() {
             app.add_option("--confidence", call->confidence, "of the intervals, as a fraction (0 to 1)")
                 ->check(CLI::Range(0.5, 0.9999))
                 ->capture_default_str();
+            std::vector<std::string> models;
+            for (const FoldModel& model : AllFoldModels()) models.push_back(NameOf(model));
+            CLI::Option* const model =
+                app.add_option("--model", call->model,
+                               "law and the parameters that are fitted beside the three")
+                    ->check(CLI::IsMember(models))
+                    ->capture_default_str();
+            app.add_flag(
+                   "--compare", call->compare,
+                   "fit the laws with and without rest angle and friction, say which the data ask for, and "
+                   "fit and store that one")
+                ->excludes(model);
+            app.add_option(
+                   "--profile", call->profile,
+                   "a parameter: its interval from how the fit worsens when it is moved, drawn as text")
+                ->check(CLI::IsMember(
+                    std::vector<std::string>(FoldParameterNames().begin(), FoldParameterNames().end())));
+            app.add_option("--out", call->out,
+                           "write the design with the fitted values, which scenes fold by (TOML)");
             app.add_flag("--dry-run", call->dry_run, "print the fit, store nothing");
           },
       .run = [call](Output& out) { return RunCalibrateFold(*call, out); },

@@ -252,6 +252,20 @@ void DeclareVirtual(CLI::App& app, VirtualTrialOptions& options) {
   app.add_option("--true-stiffness-exponent", options.fold.stiffness_exponent,
                  "virtual: power of the width that stiffness grows with, number")
       ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--true-law", [&options](const std::string& name) { options.fold.law = *FoldLawOf(name); },
+         "virtual: law by which the tentacles fold")
+      ->check(CLI::IsMember({"paper", "exact"}))
+      ->default_str("paper");
+  app.add_option_function<double>(
+         "--true-rest-angle-deg",
+         [&options](const double& degrees) { options.fold.rest_angle = degrees * std::numbers::pi / 180; },
+         "virtual: the creases' rest angle, degrees")
+      ->check(CLI::Range(0.0, 90.0));
+  app.add_option("--true-friction", options.fold.friction,
+                 "virtual: the tendon's friction coefficient at the holes, number")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
 }
 
 }  // namespace

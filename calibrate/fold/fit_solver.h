@@ -26,6 +26,7 @@ struct Solving {
   const Progress& progress;
   double from = 0;  // share of all the work that is done before this solve, and after
   double to = 1;
+  int most_iterations = 40;  // where the cost has kinks
 };
 
 // Moves the solution to the least cost. huber: as InformationAt.

@@ -95,6 +95,76 @@ Paired Difference(const std::vector<double>& a, const std::vector<double>& b) {
 
 const char* NameForPeople(bool friction) { return friction ? "friction" : "a rest angle"; }
 
+// The fit of the same law with the most of this model's parameters, from those made before.
+const FoldFit* Plainer(const std::vector<ComparedModel>& before, const FoldModel& model) {
+  const FoldFit* found = nullptr;
+  for (const ComparedModel& one : before) {
+    const FoldModel& m = one.model;
+    if (!one.fit || m.law != model.law || (m.rest_angle && !model.rest_angle) ||
+        (m.friction && !model.friction))
+      continue;
+    if (found == nullptr || one.fit->parameters.size() >= found->parameters.size()) found = &*one.fit;
+  }
+  return found;
+}
+
+void StartFrom(const FoldFit& plainer, FoldFitOptions& options) {
+  options.start_ratio = plainer.parameters[1].value;
+  options.start_exponent = plainer.parameters[2].value;
+  for (const FittedParameter& p : plainer.parameters) {
+    if (p.name == FoldParameterNames()[kRestAngle]) {
+      options.start_rest_angle = std::max(FittedValue(kRestAngle, p.value), 0.01);
+    }
+    if (p.name == FoldParameterNames()[kFriction]) options.start_friction = std::max(p.value, 0.01);
+  }
+}
+
+// The loss per row of each trial, held out (with one trial: fitted).
+std::vector<double> LossByTrial(const Contender& one, const std::set<std::size_t>& common, double huber) {
+  std::vector<double> losses;
+  for (const TrialMisfit& trial : one.misfits.held_out.empty() ? one.misfits.fitted : one.misfits.held_out) {
+    const TrialLoss loss = LossOf(trial, common, huber);
+    if (loss.rows > 0) losses.push_back(loss.sum / loss.rows);
+  }
+  return losses;
+}
+
+std::set<std::size_t> CommonCurves(const std::vector<Contender>& contenders) {
+  std::set<std::size_t> common = CurvesOf(contenders.front().misfits);
+  for (const Contender& one : contenders) {
+    const std::set<std::size_t> used = CurvesOf(one.misfits);
+    std::erase_if(common, [&](std::size_t curve) { return !used.contains(curve); });
+  }
+  return common;
+}
+
+// Why friction is not tried with a law, from what its plainer models did; empty: it is.
+std::string WhyHopeless(const std::vector<Contender>& contenders, const FoldModel& model,
+                        const FoldComparisonOptions& options) {
+  if (!model.friction || contenders.empty()) return {};
+  const std::set<std::size_t> common = CommonCurves(contenders);
+  const double huber = options.fit.huber * std::max(SmallestScale(contenders), 0.05);
+  std::vector<double> own, other;
+  const auto mean = [](const std::vector<double>& v) {
+    double sum = 0;
+    for (const double x : v) sum += x / static_cast<double>(v.size());
+    return v.empty() ? std::numeric_limits<double>::infinity() : sum;
+  };
+  for (const Contender& one : contenders) {
+    if (one.run.fit.model.friction) continue;  // like is compared with like
+    const std::vector<double> loss = LossByTrial(one, common, huber);
+    std::vector<double>& least = one.run.fit.model.law == model.law ? own : other;
+    if (mean(loss) < mean(least)) least = loss;
+  }
+  if (own.empty() || other.empty() || own.size() != other.size()) return {};
+  const Paired apart = Difference(own, other);
+  if (apart.mean < options.hopeless * mean(other) || apart.mean < 2 * options.clear * apart.error) return {};
+  return fmt::format(
+      "not tried: without friction law {} is already {:.0f} % behind the other law on held-out "
+      "trials",
+      NameOf(model.law), 100 * apart.mean / mean(other));
+}
+
 void Judge(const FoldComparisonOptions& options, double largest_pull, FoldComparison& comparison) {
   std::vector<ComparedModel>& models = comparison.models;
   std::vector<std::string>& verdict = comparison.verdict;
@@ -167,10 +237,13 @@ Result<FoldComparison> CompareFoldModels(std::span<const FoldObservation> observ
     const double to = static_cast<double>(i + 1) / static_cast<double>(options.models.size());
     FoldFitOptions with = options.fit;
     with.model = options.models[i];
+    if (const FoldFit* plainer = Plainer(comparison.models, with.model)) StartFrom(*plainer, with);
     const Progress share = [&](double done) { return !progress || progress(from + (to - from) * done); };
     if (!share(0)) return Error{ErrorKind::kStopped, "the comparison was asked to stop"};
     ComparedModel& one = comparison.models.emplace_back();
     one.model = options.models[i];
+    one.why_not = WhyHopeless(contenders, one.model, options);
+    if (!one.why_not.empty()) continue;
     Result<FitRun> run = RunFit(observations, with, share);
     if (!run.ok()) {
       if (run.error().kind == ErrorKind::kStopped) return run.error();
@@ -185,11 +258,7 @@ Result<FoldComparison> CompareFoldModels(std::span<const FoldObservation> observ
   if (contenders.empty()) return *last_error;
 
   // The same curves for all: those that every model used.
-  std::set<std::size_t> common = CurvesOf(contenders.front().misfits);
-  for (const Contender& one : contenders) {
-    const std::set<std::size_t> used = CurvesOf(one.misfits);
-    std::erase_if(common, [&](std::size_t curve) { return !used.contains(curve); });
-  }
+  const std::set<std::size_t> common = CommonCurves(contenders);
   const double scale = std::max(SmallestScale(contenders), 0.05);
   const double huber = options.fit.huber * scale;
   const Contender* richest = &contenders.front();

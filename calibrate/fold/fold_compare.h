@@ -42,10 +42,13 @@ struct FoldComparison {
 
 struct FoldComparisonOptions {
   FoldFitOptions fit;  // its model does not count
-  std::vector<FoldModel> models = AllFoldModels();
+  std::vector<FoldModel> models = ComparableFoldModels();
   // A model is clearly behind if the trials' mean difference of held-out loss is so many standard errors from
   // 0.
   double clear = 2;
+  // Friction is not tried with a law whose loss is this share above the other law's, and clearly so: it would
+  // take most of the time and win nothing.
+  double hopeless = 0.25;
 };
 
 // Fits each model to all trials, then asks each trial of the parameters that the other trials alone would

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibrate/fold/fit_run.h"
+#include "calibrate/fold/pull_hint.h"
 #include "calibrate/student_t.h"
 #include "model/median.h"
 
@@ -197,6 +198,7 @@ Result<FoldFit> FitFold(std::span<const FoldObservation> observations, const Fol
                         const Progress& progress) {
   Result<FitRun> run = RunFit(observations, options, progress);
   if (!run.ok()) return run.error();
+  run.value().fit.hint = HintOf(run.value(), options);
   return std::move(run.value().fit);
 }
 
@@ -266,7 +268,7 @@ Result<FitRun> RunFit(std::span<const FoldObservation> observations, const FoldF
 
   // A first look with a wide loss gives the scale of the misfit; the second is the fit. What turns out
   // unidentified only there is held, and the fit made again.
-  if (const Status s = SolveFit(frames, held, huber, {options, progress, 0, 0.4}, solution); !s.ok())
+  if (const Status s = SolveFit(frames, held, huber, {options, progress, 0, 0.4, 15}, solution); !s.ok())
     return s.error();
   const int dropped = DropOutlierFrames(frames, MisfitAt(frames, solution, options.residual), options);
   if (dropped > 0) {

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -76,6 +77,15 @@ struct LeftOut {
   std::string reason;
 };
 
+// Which pull would tell most about the least known parameter (the one with most error for what is of use).
+struct PullHint {
+  std::string parameter;
+  std::vector<double> pull;         // commanded, candidates
+  std::vector<double> error_ratio;  // its standard error after one more trial held there / now
+  double best_pull = 0;
+  std::string sentence;
+};
+
 struct FoldFit {
   FoldModel model;
   std::vector<FittedParameter> parameters;  // the model's, in the order of FoldParameterNames()
@@ -94,6 +104,7 @@ struct FoldFit {
   bool converged = false;
   std::string message;  // why the solver stopped
   std::vector<std::string> warnings;
+  std::optional<PullHint> hint;  // of FitFold
   double seconds = 0;
 };
 

@@ -24,6 +24,12 @@ std::vector<FoldModel> AllFoldModels() {
   return all;
 }
 
+std::vector<FoldModel> ComparableFoldModels() {
+  std::vector<FoldModel> models = AllFoldModels();
+  std::erase(models, FoldModel{FoldLaw::kExact, false, true});
+  return models;
+}
+
 const std::array<const char*, kFoldParameters>& FoldParameterNames() {
   static constexpr std::array<const char*, kFoldParameters> kNames = {
       "pull_scale", "stiffness_ratio", "stiffness_exponent", "rest_angle_deg", "friction"};

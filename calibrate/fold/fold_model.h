@@ -29,6 +29,10 @@ std::vector<FoldModel> AllFoldModels();
 
 inline constexpr int kFoldParameters = 5;
 
+// Those worth comparing: all but law exact with friction and no rest angle, whose creases jump from flat to
+// folded (docs/calibration.md).
+std::vector<FoldModel> ComparableFoldModels();
+
 // In the order of the fit: pull_scale, stiffness_ratio, stiffness_exponent, rest_angle_deg, friction.
 const std::array<const char*, kFoldParameters>& FoldParameterNames();
 

@@ -4,6 +4,7 @@
 
 #include "db/files/design_tables.h"
 #include "db/files/safe_file.h"
+#include "model/fold/rising_fold.h"
 
 namespace tendril {
 
@@ -28,10 +29,13 @@ void ReadDesignTables(TomlTable& from, TentacleDesign& design) {
   crease.Degrees("rest_angle_deg", design.rest_angle, Between(-90, 90, "deg"));
   crease.Number("stiffness_exponent", design.stiffness_exponent);
   crease.Number("stiffness_ratio", design.stiffness_ratio, Above(0));
+  std::string law;
+  if (crease.Choice("law", law, {"paper", "exact"})) design.law = FoldLawOf(law);
 
   TomlTable tendon = from.Table("tendon");
   tendon.Number("friction", design.tendon_friction, AtLeast(0));
   tendon.Degrees("wrap_angle_deg", design.wrap_angle, Between(0, 180, "deg"));
+  tendon.Number("pull_scale", design.pull_scale, Above(0));
 }
 
 std::string DesignTablesToml(const TentacleDesign& design, const std::string& prefix) {
@@ -56,9 +60,13 @@ std::string DesignTablesToml(const TentacleDesign& design, const std::string& pr
   line("rest_angle_deg", TomlDegrees(design.rest_angle));
   line("stiffness_exponent", TomlNumber(design.stiffness_exponent));
   line("stiffness_ratio", TomlNumber(design.stiffness_ratio), "beta creases / alpha creases");
+  if (design.law) out += fmt::format("law = \"{}\"  # scenes fold by it\n", NameOf(*design.law));
   out += fmt::format("\n[{}tendon]\n", prefix);
   line("friction", TomlNumber(design.tendon_friction));
   line("wrap_angle_deg", TomlDegrees(design.wrap_angle));
+  if (design.pull_scale != 1) {
+    line("pull_scale", TomlNumber(design.pull_scale), "real pull / commanded pull, in scenes");
+  }
   return out;
 }
 

@@ -15,8 +15,9 @@ namespace tendril {
 Result<TentacleDesign> ReadDesign(const std::filesystem::path& file);
 Result<TentacleDesign> ParseDesign(const std::string& toml, const std::string& name_in_messages);
 
-// The file's text, every key written out. Reading it back gives the same numbers to the last bit; an angle
-// that no double in degrees stands for comes back within 2 units in its last place.
+// The file's text, every key written out (law and pull_scale of a calibration only where there is one).
+// Reading it back gives the same numbers to the last bit; an angle that no double in degrees stands for comes
+// back within 2 units in its last place.
 std::string DesignToml(const TentacleDesign& design);
 
 }  // namespace tendril

@@ -9,11 +9,17 @@
 
 #include <Eigen/Core>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "model/result.h"
 
 namespace tendril {
+
+enum class FoldLaw {
+  kPaper,  // phi - phi0 = k d / W, tendon between holes 2 d cos(phi)
+  kExact,  // exact_law.h
+};
 
 // Defaults are the paper's values (Methods, "Modeling origami folding kinematics").
 struct TentacleDesign {
@@ -36,6 +42,9 @@ struct TentacleDesign {
   double stiffness_ratio = 1;     // stiffness of beta creases / alpha creases at equal width
   double tendon_friction = 0;     // mu
   double wrap_angle = 5.7 * std::numbers::pi / 180;  // theta0 at each hole edge, rad
+  // What a calibration found. A law: scenes fold by it, rest angle and friction included; none: as published.
+  std::optional<FoldLaw> law;
+  double pull_scale = 1;  // the tendon's real pull / the one commanded, in scenes
 };
 
 // The flat sheet. H holes, H - 1 creases, H facets.

@@ -143,8 +143,8 @@ class RisingTendon {
       const double slope =
           1 + friction_ * SlopeOfDeflection(layout_, angle_, i).after * crease.Give(angle_[i]);
       const double step = slope > 0 ? off / slope : kInfinity;
-      if (std::abs(step) <= 1e-15) break;
       double to = next * std::exp(-step);
+      if (std::abs(step) <= 1e-8) return to;  // quadratic convergence: the rest is below rounding
       if (!(to > low && to < high)) to = std::sqrt(low) * std::sqrt(high);
       if (!(to > low && to < high)) break;  // neighbouring doubles
       next = to;
@@ -170,7 +170,10 @@ void SolveBase(RisingTendon& tendon, double wanted, double start) {
     const double off = sums.taken - wanted;
     (off > 0 ? high : low) = base;
     const double step = sums.slope > 0 ? off / sums.slope : off > 0 ? kInfinity : -kInfinity;
-    if (std::abs(step) <= 4e-16) return;
+    if (std::abs(step) <= 1e-9) {  // quadratic convergence: the rest is below rounding
+      tendon.Load(base * std::exp(-step));
+      return;
+    }
     double next = base * std::exp(std::clamp(-step, -0.7, 0.7));
     if (!(next > low && next < high)) {
       if (!std::isfinite(high) || low == 0) return;  // nothing moves any more

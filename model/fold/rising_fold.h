@@ -12,10 +12,6 @@
 
 namespace tendril {
 
-enum class FoldLaw {
-  kPaper,  // phi - phi0 = k d / W, tendon between holes 2 d cos(phi)
-  kExact,  // exact_law.h
-};
 const char* NameOf(FoldLaw law);  // "paper", "exact"
 std::optional<FoldLaw> FoldLawOf(const std::string& name);
 

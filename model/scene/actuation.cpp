@@ -4,6 +4,7 @@
 
 #include "model/fold/facet_chain.h"
 #include "model/fold/fold.h"
+#include "model/fold/rising_fold.h"
 #include "model/scene/stow.h"
 
 namespace tendril {
@@ -15,6 +16,19 @@ std::uint64_t Mixed(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
   z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
   return z ^ (z >> 31);
+}
+
+// As published; or as a calibration found, with its own pull scale.
+Result<Eigen::VectorXd> FoldedTo(const TentacleDesign& design, const TentacleLayout& layout, double pull) {
+  const double real = design.pull_scale * pull;
+  if (design.law) {
+    Result<RisingFold> fold = SolveRisingFold(*design.law, design, layout, real);
+    if (!fold.ok()) return fold.error();
+    return std::move(fold).value().angle;
+  }
+  Result<Fold> fold = SolveFold(layout, design.base_width, design.closed_angle, real);
+  if (!fold.ok()) return fold.error();
+  return std::move(fold).value().angle;
 }
 
 }  // namespace
@@ -59,10 +73,10 @@ Result<TentacleActuation> TentacleActuation::Make(const SceneGripper& gripper, b
   const Result<TentacleLayout> layout = LayOut(design);
   if (!layout.ok()) return layout.error();
   for (int i = 0; i <= kTable; ++i) {
-    const Result<Fold> fold = SolveFold(design, strongest * i / kTable);
-    if (!fold.ok()) return fold.error();
-    const FacetChain chain = FoldChain(layout.value(), fold.value().angle);
-    const TendonCurve curve = TendonCurveOf(layout.value(), chain, fold.value().angle);
+    const Result<Eigen::VectorXd> angle = FoldedTo(design, layout.value(), strongest * i / kTable);
+    if (!angle.ok()) return angle.error();
+    const FacetChain chain = FoldChain(layout.value(), angle.value());
+    const TendonCurve curve = TendonCurveOf(layout.value(), chain, angle.value());
     const RestCurvature rest = RestCurvatureOf(
         layout.value(), curve,
         {.elements = gripper.rod.elements, .map = gripper.curvature_map, .bends_at_base = bends_at_base});

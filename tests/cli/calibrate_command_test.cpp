@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "db/files/curve_files.h"
+#include "db/files/design_toml.h"
 #include "db/files/recording_logs.h"
 #include "db/lab.h"
 #include "db/trial_store.h"
@@ -128,6 +129,38 @@ TEST_F(CalibrateFoldCommand, FitsEachDesignAndStoresIt) {
   ASSERT_EQ(one.exit_code, 0) << one.err;
   EXPECT_NE(one.out.find("stiffness_ratio"), std::string::npos);
   EXPECT_EQ(Rows("fit"), 2);
+}
+
+TEST_F(CalibrateFoldCommand, ComparesModelsAndWritesTheDesignThatScenesFoldBy) {
+  for (int i = 0; i < 4; ++i) AddTrial("t-" + std::to_string(i), Short(0.5), "tapered", 10 + i);
+  const std::string fitted = folder_ / "fitted.toml";
+  const auto run = Calibrate(
+      {"--kind", "virtual", "--json", "--compare", "--profile", "stiffness_exponent", "--out", fitted});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out);
+  ASSERT_EQ(answer["comparisons"].size(), 1U);
+  const auto& comparison = answer["comparisons"][0];
+  EXPECT_EQ(comparison["models"].size(), 7U);
+  EXPECT_EQ(comparison["chosen"].get<std::string>().substr(0, 5), "paper");
+  EXPECT_FALSE(comparison["verdict"].empty());
+  EXPECT_EQ(answer["fits"][0]["model"], comparison["chosen"]);
+  EXPECT_TRUE(answer["fits"][0]["hint"].is_object());
+  EXPECT_EQ(answer["profiles"][0]["parameter"], "stiffness_exponent");
+  EXPECT_EQ(Rows("fit"), 1);
+
+  const auto design = ReadDesign(fitted);
+  ASSERT_TRUE(design.ok()) << design.error().message;
+  const auto& parameters = answer["fits"][0]["parameters"];
+  EXPECT_EQ(design.value().law, FoldLaw::kPaper);
+  EXPECT_EQ(design.value().pull_scale, parameters[0]["value"].get<double>());
+  EXPECT_EQ(design.value().stiffness_ratio, parameters[1]["value"].get<double>());
+  EXPECT_EQ(design.value().stiffness_exponent, parameters[2]["value"].get<double>());
+  EXPECT_EQ(design.value().holes, 21);
+
+  EXPECT_EQ(Calibrate({"--kind", "virtual", "--model", "guess"}).exit_code, 2);
+  const auto none = Calibrate({"--kind", "virtual", "--profile", "friction"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("has no such parameter"), std::string::npos) << none.err;
 }
 
 TEST_F(CalibrateFoldCommand, SaysWhatIsMissing) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "model/fold/fold.h"
+#include "model/fold/rising_fold.h"
 #include "model/scene/actuation.h"
 
 namespace tendril {
@@ -329,6 +330,26 @@ TEST(UniformDraw, IsEvenAndDoesNotRepeat) {
   EXPECT_NEAR(sum / n, 0.5, 4 / std::sqrt(12.0 * n));
   EXPECT_NEAR(squares / n, 1.0 / 3, 0.01);
   EXPECT_NE(UniformDraw(1, 2, 3, 0), UniformDraw(1, 3, 2, 0));
+}
+
+TEST(TentacleActuation, FoldsByWhatACalibrationFound) {
+  SceneGripper gripper;
+  gripper.rod.elements = 40;
+  gripper.design.law = FoldLaw::kExact;
+  gripper.design.rest_angle = 0.2;
+  gripper.design.tendon_friction = 0.05;
+  gripper.design.pull_scale = 0.9;
+  const TentacleActuation fitted = TentacleActuation::Make(gripper, false, 5, 0, 0).value();
+  const double pull = 0.2;  // an entry of the table, which ends at 0.3
+  const TentacleActuation::Place place = fitted.PlaceOf(pull);
+  const Eigen::Matrix3Xd at =
+      ((1 - place.share) * fitted.Entry(place.entry) + place.share * fitted.Entry(place.entry + 1))
+          .rightCols(39);
+  const TentacleLayout layout = LayOut(gripper.design).value();
+  const RisingFold fold = SolveRisingFold(FoldLaw::kExact, gripper.design, layout, 0.9 * pull).value();
+  const RestCurvature exact = RestCurvatureOf(
+      layout, TendonCurveOf(layout, FoldChain(layout, fold.angle), fold.angle), {.elements = 40});
+  EXPECT_LT((at - exact.curvature).cwiseAbs().maxCoeff(), 1e-6 * exact.curvature.cwiseAbs().maxCoeff());
 }
 
 TEST(TentacleActuation, PullsAfterItsDelayAtItsRate) {

@@ -1,0 +1,70 @@
+#include "calibrate/fold/pull_hint.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace tendril {
+
+std::optional<PullHint> HintOf(const FitRun& run, const FoldFitOptions& options) {
+  // The least known: the largest error in units of what is still of use.
+  const SharedMatrix now = NaiveCovariance(run.information, 1, run.held);
+  const auto& names = FoldParameterNames();
+  const auto& useful = LargestStandardErrors();
+  int weakest = -1;
+  double most = 0;
+  for (const FittedParameter& p : run.fit.parameters) {
+    const std::size_t i =
+        static_cast<std::size_t>(std::find(names.begin(), names.end(), p.name) - names.begin());
+    const double error = std::sqrt(now(static_cast<int>(i), static_cast<int>(i))) / useful[i];
+    if (run.held[i] || !(error > most)) continue;
+    most = error;
+    weakest = static_cast<int>(i);
+  }
+  if (weakest < 0) return std::nullopt;
+  std::map<int, std::vector<const FitFrame*>> settled;
+  for (const FitFrame& frame : run.frames.frames) {
+    if (frame.source == PullSource::kSettled && frame.commanded_pull > 0)
+      settled[frame.trial].push_back(&frame);
+  }
+  if (settled.empty()) return std::nullopt;
+  const auto model_trial = std::max_element(settled.begin(), settled.end(), [](const auto& a, const auto& b) {
+    return a.second.size() < b.second.size();
+  });
+  double reach = std::numeric_limits<double>::infinity();
+  for (const FitFrame* frame : model_trial->second) reach = std::min(reach, frame->reach);
+
+  PullHint hint;
+  hint.parameter = names[static_cast<std::size_t>(weakest)];
+  for (int step = 1; step <= 18; ++step) {
+    const double pull = 0.05 * step;
+    if (run.solution.parameters[0] * pull > 0.95 * reach) break;
+    Information more = run.information;
+    bool possible = true;
+    for (const FitFrame* from : model_trial->second) {
+      FitFrame frame = *from;
+      frame.commanded_pull = pull;
+      const std::optional<FrameResidual> at =
+          EvaluateFrame(frame, run.solution.parameters, 0, options.residual);
+      possible = possible && at.has_value();
+      if (at) more.total += at->slope.transpose() * at->slope;
+    }
+    if (!possible) continue;
+    const SharedMatrix then = NaiveCovariance(more, 1, run.held);
+    hint.pull.push_back(pull);
+    hint.error_ratio.push_back(std::sqrt(then(weakest, weakest) / now(weakest, weakest)));
+  }
+  if (hint.pull.empty()) return std::nullopt;
+  const std::size_t best = static_cast<std::size_t>(
+      std::min_element(hint.error_ratio.begin(), hint.error_ratio.end()) - hint.error_ratio.begin());
+  hint.best_pull = hint.pull[best];
+  hint.sentence = fmt::format(
+      "one more trial held at pull {:.2f} would sharpen {} most: its standard error would fall by about "
+      "{:.0f} %",
+      hint.best_pull, hint.parameter, 100 * (1 - hint.error_ratio[best]));
+  return hint;
+}
+
+}  // namespace tendril
