@@ -78,6 +78,13 @@ TEST(FitFoldModels, RecoversExactShapesOfEveryModel) {
                                                   {"rest_angle_deg", 10},
                                                   {"friction", 0.05}};
     for (const FittedParameter& p : fit.value().parameters) {
+      // Without a rest angle law exact leaves the short creases flat at these pulls: nothing tells of them.
+      if (model == FoldModel{FoldLaw::kExact, false, false} && p.name == "stiffness_ratio") {
+        EXPECT_FALSE(p.identified);
+        EXPECT_FALSE(p.why.empty());
+        continue;
+      }
+      EXPECT_TRUE(p.identified) << NameOf(model) << " " << p.name << ": " << p.why;
       EXPECT_NEAR(p.value, wanted.at(p.name), 0.01 * wanted.at(p.name)) << NameOf(model) << " " << p.name;
     }
     EXPECT_LT(fit.value().residual_rms, 2e-5) << NameOf(model);
