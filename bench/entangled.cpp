@@ -352,7 +352,7 @@ int main(int argc, char** argv) {
   std::vector<tendril::Setting> settings = {{"solver's defaults", {}, {}}};
   for (int i = 4; i < argc; ++i) settings.push_back({argv[i], tendril::Parsed(argv[i]), {}});
   if (argc <= 4) {
-    settings.push_back({"loaded tentacles", tendril::testing_support::LoadedTentacles(), {}});
+    settings.push_back({"loaded tentacles", tendril::LoadedTentacles(), {}});
   }
   return tendril::Run(first, last, argc > 3 ? argv[3] : "", settings, options);
 }

@@ -12,6 +12,7 @@
 #include "capture/track/track.h"
 #include "cli/lab_option.h"
 #include "cli/program_version.h"
+#include "db/files/trial_toml.h"
 #include "db/trial_query.h"
 
 namespace tendril::cli {
@@ -23,6 +24,7 @@ struct TrackCall {
   bool from_detections = false;
   bool overlay = false;
   std::string level = "standard";
+  std::string load = "auto";
   int threads = 2;
 };
 
@@ -64,6 +66,12 @@ Status RunTrack(const TrackCall& call, Output& out) {
   const Result<std::optional<TagTrackLevel>> level = TagLevelOf(call.level);
   if (!level.ok()) return Error(level.error()).Within("--level");
   options.tag_level = level.value();
+  const Result<TrialSpec> trial = ReadTrialToml(lab.value().TrialFolder(id.value()) / "trial.toml");
+  if (!trial.ok()) return trial.error();
+  // Tentacles of the virtual rig's trials pass through whatever they meet.
+  const bool touching =
+      call.load == "contact" || (call.load == "auto" && trial.value().kind != TrialKind::kVirtual);
+  if (touching) options.chain = LoadedTentacles();
   const Result<TrackedTrial> tracked = TrackAndStore(lab.value(), id.value(), options, ProgramVersion(),
                                                      out.json() ? Progress() : out.ShowProgress("tracking"));
   if (!tracked.ok()) return tracked.error();
@@ -71,6 +79,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
 
   auto& fields = out.fields();
   fields["trial"] = id.value();
+  fields["load"] = touching ? "contact" : "free";
   fields["frames"] = tracked.value().frames;
   fields["detections"] = tracked.value().detections.size();
   fields["unknown_tags"] = tracked.value().unknown_tags;
@@ -127,6 +136,12 @@ Command MakeTrackCommand() {
                            "how tags are found: decode (each picture by itself), or followed from picture to "
                            "picture: preview, standard, best (name)")
                 ->check(CLI::IsMember(TagLevelNames()))
+                ->capture_default_str();
+            app.add_option(
+                   "--load", call->load,
+                   "whether tentacles touch things (contact) or hang free; auto: only those of virtual "
+                   "trials hang free")
+                ->check(CLI::IsMember({"auto", "free", "contact"}))
                 ->capture_default_str();
             app.add_option("--threads", call->threads, "pictures worked on at once, count")
                 ->check(CLI::Range(1, 64))

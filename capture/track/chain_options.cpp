@@ -4,6 +4,14 @@
 
 namespace tendril {
 
+ChainOptions LoadedTentacles() {
+  ChainOptions loaded;
+  loaded.sigma_swing = 0.045;
+  loaded.sigma_angle = 0.05;
+  loaded.sigma_opening_walk = 0.015;
+  return loaded;
+}
+
 CornerSigma SigmaOfView(double stated_px, const ChainOptions& options) {
   const bool stated = stated_px > 0 && std::isfinite(stated_px);
   return {.alone = stated ? stated_px : options.sigma_corner_px,

@@ -38,6 +38,11 @@ struct ChainOptions {
   int max_iterations = 60;
 };
 
+// For tentacles that touch things: contact bends and twists facets, and its folds leave the law, by far more
+// than weight and stiffness do (docs/tracking.md, "Entangled"). The defaults above are for tentacles that
+// hang free.
+ChainOptions LoadedTentacles();
+
 // Of a view's corners: what the view states, or the option's default where it states nothing (NaN).
 CornerSigma SigmaOfView(double stated_px, const ChainOptions& options);
 

@@ -299,13 +299,6 @@ inline ChainModel KnownOf(const EntangledTrial& trial, const TrueShape& shape, i
   return model;
 }
 
-// Loads bend and twist facets, which unloaded tentacles do not do.
-inline ChainOptions LoadedTentacles() {
-  ChainOptions chain;
-  chain.sigma_swing = 0.045;
-  return chain;
-}
-
 // All tentacles of a moment; `solutions` are the ones of the moment before, or empty.
 inline void SolveTentacles(const EntangledTrial& trial, const TrueShape& shape, const EntangledFrame& frame,
                            const ChainOptions& options, std::vector<ChainSolution>& solutions) {
