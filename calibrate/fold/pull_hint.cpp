@@ -35,12 +35,15 @@ std::optional<PullHint> HintOf(const FitRun& run, const FoldFitOptions& options)
   });
   double reach = std::numeric_limits<double>::infinity();
   for (const FitFrame* frame : model_trial->second) reach = std::min(reach, frame->reach);
+  // Far beyond what was seen nobody knows whether the model holds: facets may meet there.
+  double strongest = 0;
+  for (const FitFrame& frame : run.frames.frames) strongest = std::max(strongest, frame.commanded_pull);
 
   PullHint hint;
   hint.parameter = names[static_cast<std::size_t>(weakest)];
   for (int step = 1; step <= 18; ++step) {
     const double pull = 0.05 * step;
-    if (run.solution.parameters[0] * pull > 0.95 * reach) break;
+    if (run.solution.parameters[0] * pull > 0.95 * reach || pull > 1.5 * strongest + 1e-9) break;
     Information more = run.information;
     bool possible = true;
     for (const FitFrame* from : model_trial->second) {
