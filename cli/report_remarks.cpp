@@ -81,7 +81,7 @@ void TellLeftOut(const std::vector<CameraFacts>& cameras, std::vector<std::strin
 }
 
 void TellContradictions(const TrialFacts& facts, std::vector<std::string>& remarks) {
-  constexpr long kFewest = 20;  // tags, below which nothing is said
+  constexpr long kFewest = 12;  // tags, below which nothing is said
   if (facts.shared < kFewest || 4 * facts.shared_contradicted < facts.shared) return;
   remarks.push_back(fmt::format(
       "Of {} tags that several cameras saw at once, {} ({:.0f} %) had a sighting left out: the cameras "

@@ -192,7 +192,7 @@ TEST_F(ReportCommand, ACameraThatMovedSinceItsCalibrationIsNamed) {
       contradicted += left.used && right.used ? 0 : 1;
     }
   }
-  EXPECT_GE(shared, 20);
+  EXPECT_GE(shared, 12);
   EXPECT_EQ(report["shared_tags"], shared);
   EXPECT_EQ(report["shared_tags_contradicted"], contradicted);
 }
