@@ -77,8 +77,8 @@ Result<FoldModel> CompareModels(std::span<const FoldObservation> observations, c
   out.Print(
       "  held-out: hole distances of trials that the parameters were not fitted to, one trial left out at a "
       "time");
-  out.Print("  dAIC takes {:.1f} of the {} rows for one, as much as those of one trial err together", c.inflation,
-            c.rows);
+  out.Print("  dAIC takes {:.1f} of the {} rows for one, as much as those of one trial err together",
+            c.inflation, c.rows);
   for (const std::string& line : c.verdict) out.Print("  {}", line);
   nlohmann::ordered_json json = {{"design", design},
                                  {"trials", c.trials},

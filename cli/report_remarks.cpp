@@ -134,10 +134,14 @@ void TellUndecided(const TrialFacts& facts, std::vector<std::string>& remarks) {
   if (link.bands.empty()) return;
   std::vector<std::string> names;
   for (const TentacleFacts& tentacle : facts.tentacles) names.push_back(tentacle.name);
-  for (const UndecidedCrossing& crossing : link.bands.back().undecided) {
-    remarks.push_back("At the end it is not decided who lies in front: " + UndecidedText(crossing, names) +
-                      ".");
+  constexpr std::size_t kNamed = 3;  // the page lists all further down
+  const auto& undecided = link.bands.back().undecided;
+  for (std::size_t i = 0; i < std::min(kNamed, undecided.size()); ++i) {
+    remarks.push_back(
+        "At the end it is not decided who lies in front: " + UndecidedText(undecided[i], names) + ".");
   }
+  if (undecided.size() > kNamed)
+    remarks.push_back(fmt::format("So it is at {} more crossings, listed below.", undecided.size() - kNamed));
 }
 
 }  // namespace
