@@ -102,7 +102,7 @@ void ExpectScaleBars(const cv::Mat& gray) {
 }
 
 TEST(TagSheet, SvgPagesShowEveryTagAtItsSize) {
-  if (!Have("rsvg-convert")) GTEST_SKIP() << "rsvg-convert is not installed";
+  ASSERT_TRUE(Have("rsvg-convert")) << "librsvg2-bin of scripts/packages.txt is not installed";
   const TemporaryFolder folder;
   const TagLayout layout = LayoutOf({});
   const auto pages = PrintSvg(layout, folder);
@@ -112,7 +112,7 @@ TEST(TagSheet, SvgPagesShowEveryTagAtItsSize) {
 }
 
 TEST(TagSheet, PdfPagesShowEveryTagAtItsSize) {
-  if (!Have("pdftoppm")) GTEST_SKIP() << "pdftoppm is not installed";
+  ASSERT_TRUE(Have("pdftoppm")) << "poppler-utils of scripts/packages.txt is not installed";
   for (const TagLayoutOptions& options : {TagLayoutOptions{.family = "tag36h11"},
                                           TagLayoutOptions{.family = "tagStandard41h12", .each = true}}) {
     const TemporaryFolder folder;
@@ -127,7 +127,7 @@ TEST(TagSheet, PdfPagesShowEveryTagAtItsSize) {
 
 // A tag's outline is gray, wholly outside of the printed side, and nothing else comes nearer than a label.
 TEST(TagSheet, TheCutLineSurroundsTheWhiteRing) {
-  if (!Have("pdftoppm")) GTEST_SKIP() << "pdftoppm is not installed";
+  ASSERT_TRUE(Have("pdftoppm")) << "poppler-utils of scripts/packages.txt is not installed";
   const TemporaryFolder folder;
   const TagLayout layout = LayoutOf({}, 1);
   const cv::Mat gray = PrintPdf(layout, folder).at(0);

@@ -175,10 +175,12 @@ TEST_P(RodLanes, CouplesFromOutsideCountAsInThePlainStepper) {
   }
 }
 
+// The published form does not keep angular momentum: docs/validation.md, free_rod, has by how much.
+class EnergyRodLanes : public RodLanes {};
+
 // Rods are turned any way, so that an element's own axes are not the lab's.
-TEST_P(RodLanes, ACoupleMakesThatMuchAngularMomentum) {
+TEST_P(EnergyRodLanes, ACoupleMakesThatMuchAngularMomentum) {
   const RodForm form = std::get<1>(GetParam());
-  if (form == RodForm::kPaper) GTEST_SKIP() << "the published form does not keep angular momentum";
   const Vector3d along = Vector3d(1, -2, 0.5).normalized();
   const Vector3d couple = 1e-4 * along;  // N m on each element
   RodDesign design;
@@ -246,6 +248,8 @@ TEST_P(RodLanes, WhatDivergesStopsAndSaysSo) {
 INSTANTIATE_TEST_SUITE_P(Kernels, RodLanes,
                          testing::Combine(testing::Values(2, 4, 8),
                                           testing::Values(RodForm::kPaper, RodForm::kEnergy)));
+INSTANTIATE_TEST_SUITE_P(Kernels, EnergyRodLanes,
+                         testing::Combine(testing::Values(2, 4, 8), testing::Values(RodForm::kEnergy)));
 
 TEST(LaneRods, RefusesWhatDoesNotFitSideBySide) {
   std::mt19937 random(11);
