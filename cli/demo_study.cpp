@@ -91,9 +91,7 @@ Result<double> TrueObjectLink(const fs::path& folder, const std::vector<CurveSer
 
 Result<DemoTrialResult> RunTrial(Lab& lab, const DemoTrial& trial, const DemoPlan& plan,
                                  const DemoOptions& options, const Progress& progress) {
-  const auto part = [&](double from, double to) -> Progress {
-    return [&progress, from, to](double done) { return progress(from + (to - from) * done); };
-  };
+  const auto part = [&](double from, double to) { return PartOf(progress, from, to); };
   VirtualTrialOptions virtual_options;
   virtual_options.fold = plan.truth;
   virtual_options.frames = options.frames;

@@ -35,11 +35,6 @@ struct ReportCall {
   int draws = 400;
 };
 
-// Part of a longer work: `done` of it runs from `from` to `to`.
-Progress PartOf(const Progress& whole, double from, double to) {
-  return [whole, from, to](double done) { return !whole || whole(from + (to - from) * done); };
-}
-
 // The frame whose used tags lie farthest from the chain, over all cameras; -1: not known.
 int FrameOfLargestMisfit(const TrialFacts& facts) {
   int frame = -1;
@@ -106,6 +101,14 @@ std::string PageName(const TrialOverview& trial) {
   return (plain ? trial.label : trial.id) + ".html";
 }
 
+Status MakeFolder(const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (!failed) return Ok{};
+  return Error{ErrorKind::kIo,
+               fmt::format("{}: the folder cannot be made ({})", folder.string(), failed.message())};
+}
+
 Result<TrialFacts> WritePage(Lab& lab, const std::string& id, const fs::path& file, const ReportCall& call,
                              const Progress& progress) {
   const fs::path folder = lab.TrialFolder(id);
@@ -115,17 +118,12 @@ Result<TrialFacts> WritePage(Lab& lab, const std::string& id, const fs::path& fi
   if (!stills.ok()) return stills.error();
   const Result<PageFigures> figures = DrawPageFigures(facts.value(), PartOf(progress, 0.75, 1));
   if (!figures.ok()) return figures.error();
+  if (call.out.empty()) {  // a named folder must be there, the lab's own is made
+    if (Status s = MakeFolder(file.parent_path()); !s.ok()) return s.error();
+  }
   if (Status s = WriteText(file, PageOf(facts.value(), figures.value(), stills.value())); !s.ok())
     return s.error();
   return facts;
-}
-
-Status MakeFolder(const fs::path& folder) {
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (!failed) return Ok{};
-  return Error{ErrorKind::kIo,
-               fmt::format("{}: the folder cannot be made ({})", folder.string(), failed.message())};
 }
 
 void PrintFacts(const TrialFacts& facts, const fs::path& file, Output& out) {
@@ -144,7 +142,6 @@ Status ReportOne(const ReportCall& call, Lab& lab, const std::string& id, Output
   if (!details.ok()) return details.error();
   fs::path file = call.out;
   if (call.out.empty()) {
-    if (Status s = MakeFolder(lab.folder() / "reports"); !s.ok()) return s;
     file = lab.folder() / "reports" / PageName(details.value().overview);
   } else if (fs::is_directory(file)) {
     file /= PageName(details.value().overview);
@@ -173,13 +170,15 @@ Status ReportSeveral(const ReportCall& call, Lab& lab, const std::vector<std::st
     Result<TrialDetails> details = TrialDetailsOf(lab, ids[i]);
     if (!details.ok()) return details.error();
     const TrialOverview& overview = details.value().overview;
-    if (call.all && !IsTracked(details.value())) {
-      if (overview.kind == TrialKind::kSimulated) continue;
+    const auto leave_out = [&](const std::string& why) {
       IndexRow none;
       none.trial = overview;
-      none.why_none = "not tracked: tendril track " + overview.label;
+      none.why_none = why;
       rows.push_back(none);
-      out.fields()["left_out"].push_back({{"trial", overview.id}, {"why", rows.back().why_none}});
+      out.fields()["left_out"].push_back({{"trial", overview.id}, {"why", why}});
+    };
+    if (call.all && !IsTracked(details.value(), lab.TrialFolder(ids[i]))) {
+      if (overview.kind != TrialKind::kSimulated) leave_out("not tracked: tendril track " + overview.label);
       continue;
     }
     const fs::path file = folder / PageName(overview);
@@ -188,6 +187,11 @@ Status ReportSeveral(const ReportCall& call, Lab& lab, const std::vector<std::st
     };
     const Result<TrialFacts> facts =
         WritePage(lab, ids[i], file, call, PartOf(progress, share(i), share(i + 1)));
+    if (!facts.ok() && call.all && facts.error().kind == ErrorKind::kBadInput) {
+      out.Warn(facts.error().message);
+      leave_out(facts.error().message);
+      continue;
+    }
     if (!facts.ok()) return facts.error();
     rows.push_back(KeyFigures(facts.value()));
     rows.back().file = file.filename().string();

@@ -114,8 +114,11 @@ void AddResidualFacts(const std::vector<ResidualRow>& rows, std::size_t frames,
       const Eigen::Vector2d off = of_tag.head<2>() - of_tag.z() * cameras[c].shift_px;
       cameras[c].shift_error_px += off.cwiseAbs2();
     }
+    // Tags are the sample: one alone says nothing of its own spread.
+    const auto tags = static_cast<double>(by_tag[c].size());
+    const double few = tags > 1 ? std::sqrt(tags / (tags - 1)) : kNone;
     cameras[c].shift_error_px =
-        cameras[c].shift_error_px.cwiseSqrt() / (sums[c].corners > 0 ? sums[c].corners : kNone);
+        few * cameras[c].shift_error_px.cwiseSqrt() / (sums[c].corners > 0 ? sums[c].corners : kNone);
     for (const CornerSums& frame : by_frame[c]) cameras[c].rms_by_frame.push_back(frame.Rms());
   }
 }
@@ -188,7 +191,7 @@ Status AddCameras(const fs::path& folder, TrialFacts& facts) {
   }
   AddRejected(facts.details, facts.cameras);
   if (!fs::exists(folder / "residuals.csv")) {
-    if (!facts.cameras.empty()) {
+    if (fs::exists(folder / "cam0.mkv")) {
       facts.gaps.push_back(
           "no residuals.csv, as trials tracked before this version have none; it is made by: tendril track " +
           facts.details.overview.label);
@@ -235,17 +238,14 @@ void AddUndecided(int frame, std::size_t moment, const std::vector<int>& frames,
   }
 }
 
-Status AddLink(const fs::path& folder, const ReportOptions& report, const Progress& progress,
-               TrialFacts& facts) {
+Status AddLink(const ReportOptions& report, const Progress& progress, TrialFacts& facts) {
   LinkFacts& link = facts.link;
-  const Result<std::vector<CurveSeries>> curves = CurvesAboutObject(folder, facts.trial);
-  if (!curves.ok()) return curves.error();
-  const auto frames = curves.value().front().curves.size();
+  const auto frames = facts.curves.front().curves.size();
   LinkOptions options;
   options.method = LinkMethod::kFast;
   options.axis = AxisOf(facts.trial);
   link.axis = options.axis.has_value();
-  for (const CurveSeries& series : curves.value()) {
+  for (const CurveSeries& series : facts.curves) {
     if (series.covariance_factor.size() == frames && frames > 0) continue;
     link.why_none = series.name + " states no covariance, without which there are no bands";
     return Ok{};
@@ -253,7 +253,7 @@ Status AddLink(const fs::path& folder, const ReportOptions& report, const Progre
   for (const int frame : Moments(static_cast<int>(frames), report.most_moments)) {
     std::vector<FramedCurve> moment;
     std::vector<Eigen::MatrixXd> factors;
-    for (const CurveSeries& series : curves.value()) {
+    for (const CurveSeries& series : facts.curves) {
       moment.push_back(series.curves[static_cast<std::size_t>(frame)]);
       factors.push_back(series.covariance_factor[static_cast<std::size_t>(frame)]);
     }
@@ -273,9 +273,10 @@ Status AddLink(const fs::path& folder, const ReportOptions& report, const Progre
 
 }  // namespace
 
-bool IsTracked(const TrialDetails& details) {
+bool IsTracked(const TrialDetails& details, const fs::path& folder) {
   return std::any_of(details.results.begin(), details.results.end(),
-                     [](const DerivedResult& result) { return result.what == "track"; });
+                     [](const DerivedResult& result) { return result.what == "track"; }) &&
+         fs::exists(folder / "curves.h5");
 }
 
 Result<TrialFacts> CollectFacts(Lab& lab, const std::string& id, const ReportOptions& options,
@@ -292,7 +293,7 @@ Result<TrialFacts> CollectFacts(Lab& lab, const std::string& id, const ReportOpt
                              "trial; `tendril trials show {}` tells of a simulation",
                              overview.label, overview.label)};
   }
-  if (!IsTracked(facts.details) || !fs::exists(folder / "curves.h5")) {
+  if (!IsTracked(facts.details, folder)) {
     return Error{ErrorKind::kNotFound,
                  fmt::format("trial {} is not tracked yet; do it with: tendril track {}", overview.label,
                              overview.label)};
@@ -316,13 +317,13 @@ Result<TrialFacts> CollectFacts(Lab& lab, const std::string& id, const ReportOpt
   if (Status s = AddCameras(folder, facts); !s.ok()) return s.error();
   if (facts.curves.front().angle.empty()) {
     facts.gaps.push_back(
-        facts.rig.cameras.empty()
+        !fs::exists(folder / "cam0.mkv")
             ? std::string("no fold angles: these curves were not reconstructed as chains of facets")
             : "no fold angles in curves.h5, as trials tracked before this version have none; they are made "
               "by: tendril track " +
                   overview.label);
   }
-  if (Status s = AddLink(folder, options, progress, facts); !s.ok()) return s.error();
+  if (Status s = AddLink(options, progress, facts); !s.ok()) return s.error();
   facts.remarks = RemarksOn(facts);
   return facts;
 }

@@ -98,7 +98,8 @@ Result<TrialFacts> CollectFacts(Lab& lab, const std::string& id, const ReportOpt
                                 const Progress& progress = {});
 
 // Whether the trial has a row and curves of tracking.
-bool IsTracked(const TrialDetails& details);
+//   folder  the trial's
+bool IsTracked(const TrialDetails& details, const std::filesystem::path& folder);
 
 // What stands out in the facts, as sentences. Each states the figures that it is drawn from.
 std::vector<std::string> RemarksOn(const TrialFacts& facts);

@@ -76,7 +76,8 @@ std::string Head(const TrialFacts& facts) {
 
 std::string Stills(const TrialFacts& facts, const std::vector<PageStill>& stills) {
   std::string html = "<h2>Pictures</h2>\n";
-  if (stills.empty()) return html + HtmlParagraph("This trial has no pictures.");
+  if (stills.empty())
+    return html + HtmlParagraph("Not shown: a video or detections.csv is not in the trial's folder.");
   html +=
       "<p class=\"note\">What the tracker made of them, drawn over the pictures (only what is around the "
       "curves):";
@@ -112,7 +113,7 @@ std::string Folds(const TrialFacts& facts, const PageFigures& figures) {
       "that the angle is what the model makes of its neighbours. Gray: not known.");
   if (facts.trial.tags.every > 1) {
     html += HtmlParagraph(fmt::format(
-        "Tags sit on every {}th facet only: what is seen is the sum of {} neighbouring folds; how they "
+        "Tags sit on one facet in {} only: what is seen is the sum of {} neighbouring folds; how they "
         "share it is the model's.",
         facts.trial.tags.every, facts.trial.tags.every));
   }

@@ -59,7 +59,7 @@ void CompareResiduals(const std::vector<CameraFacts>& cameras, std::vector<std::
           "In {} tags lie on average {:.2f} px {} and {:.2f} px {} where the chain has them (standard error "
           "{:.2f} "
           "px): its pose or lens is likely off, or the other cameras' are.",
-          CameraName(camera), std::abs(camera.shift_px.x()), camera.shift_px.x() > 0 ? "right" : "left",
+          CameraName(camera), std::abs(camera.shift_px.x()), camera.shift_px.x() > 0 ? "right of" : "left of",
           std::abs(camera.shift_px.y()), camera.shift_px.y() > 0 ? "below" : "above", error));
     }
   }
@@ -141,7 +141,8 @@ void TellUndecided(const TrialFacts& facts, std::vector<std::string>& remarks) {
         "At the end it is not decided who lies in front: " + UndecidedText(undecided[i], names) + ".");
   }
   if (undecided.size() > kNamed)
-    remarks.push_back(fmt::format("So it is at {} more crossings, listed below.", undecided.size() - kNamed));
+    remarks.push_back(
+        fmt::format("So it is at {} more crossings, listed on the page.", undecided.size() - kNamed));
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ Result<Lab> Lab::Create(const fs::path& folder) {
 
 Result<Lab> Lab::Open(const fs::path& folder) {
   std::error_code error;
-  const fs::path home = fs::absolute(folder, error).lexically_normal();
+  fs::path home = fs::absolute(folder, error).lexically_normal();
+  if (!home.has_filename()) home = home.parent_path();  // "mylab/"
   const fs::path database = home / kDatabase;
   if (!fs::exists(database, error)) {
     return Error{ErrorKind::kNotFound, fmt::format("{}: no lab here (no {}); make one with `tendril init {}`",

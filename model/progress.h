@@ -9,4 +9,9 @@ namespace tendril {
 // returns kStopped). May be called from any thread the call was told to use, never from two at once.
 using Progress = std::function<bool(double done)>;
 
+// Part of a longer work: `done` of it runs from `from` to `to` of the whole.
+inline Progress PartOf(const Progress& whole, double from, double to) {
+  return [whole, from, to](double done) { return !whole || whole(from + (to - from) * done); };
+}
+
 }  // namespace tendril

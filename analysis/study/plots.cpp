@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "db/files/page_text.h"
+#include "db/files/safe_file.h"
 
 extern char** environ;
 
@@ -343,9 +344,8 @@ Result<std::string> FigureForPage(const Figure& figure, const std::string& id, c
   const fs::path file = fs::path(scratch) / "figure.svg";
   Result<std::string> page = std::string();
   if (Status drawn = DrawFigure(figure, file); drawn.ok()) {
-    std::ostringstream read;
-    read << std::ifstream(file, std::ios::binary).rdbuf();
-    page = SvgForPage(read.str(), id, title);
+    page = ReadText(file);
+    if (page.ok()) page = SvgForPage(page.value(), id, title);
   } else {
     page = drawn.error();
   }

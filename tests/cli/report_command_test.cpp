@@ -168,7 +168,7 @@ TEST_F(ReportCommand, ItsNumbersAreThoseOfTheFiles) {
   EXPECT_NEAR(report["link_at_end"]["object_link"], bands["object_link"]["mean"], 1e-9);
 }
 
-TEST_F(ReportCommand, ACameraThatMovedSinceItsCalibrationIsNamed) {
+TEST_F(ReportCommand, ACameraThatMovedSinceItsCalibrationIsSaid) {
   std::string text = ReadText(trial_ / "trial.toml");
   const std::size_t at = text.find("position = [", text.find("right")) + 12;
   const std::size_t end = text.find(',', at);
@@ -224,6 +224,7 @@ TEST_F(ReportCommand, AllMakesAnIndexThatLinksThePagesAndNamesWhatIsNotTracked) 
     EXPECT_THAT(index, HasSubstr("href=\"" + page + "\""));
     EXPECT_TRUE(fs::exists(folder_.path() / "pages" / page));
   }
+  EXPECT_THAT(index, HasSubstr("Trials of lab"));
   EXPECT_THAT(index,
               AllOf(HasSubstr("&lt;b&gt;&amp;&quot; one"), HasSubstr("not tracked: tendril track later")));
 }
@@ -233,8 +234,9 @@ TEST_F(ReportCommand, CallsThatCannotBeAreRefusedInOneLineAndWriteNothing) {
   ExpectRefused({"none-such"}, "no trial has this id or label");
   fs::remove(trial_ / "curves.h5");
   ExpectRefused({kLabel}, "not tracked yet");
+  EXPECT_FALSE(fs::exists(lab_ + "/reports"));
   EXPECT_EQ(Report({kLabel, "--out", folder_ / "no/such/page.html"}).exit_code, 2);
-  EXPECT_FALSE(fs::exists(folder_ / "page.html"));
+  EXPECT_FALSE(fs::exists(folder_ / "no"));
 }
 
 }  // namespace
