@@ -3,7 +3,7 @@
 // within its band? Shapes are the rod simulator's; every frame is rendered, searched for tags and solved.
 // Prints the tables of docs/tracking.md ("Entangled") and docs/link.md.
 //   bench_entangled [FIRST LAST [PICTURE.png|- [SETTINGS...]]]
-//     seeds; 101 to 112 unless given. 1 to 20 were for tuning. SETTINGS: "sigma_swing=0.03,sigma_angle=0.05",
+//     seeds; 101 to 112 unless given. 1 to 11 were for tuning. SETTINGS: "sigma_swing=0.03,sigma_angle=0.05",
 //     each a column of its own beside the solver's defaults; without any, those for loaded tentacles
 #include <fmt/core.h>
 
@@ -127,14 +127,14 @@ void AddNodes(const TrueShape& shape, const EntangledFrame& frame,
     for (Eigen::Index i = 0; i < holes.cols(); ++i) {
       ++totals.nodes;
       const Eigen::Vector3d error = solution.curve.points.col(i) - holes.col(i);
-      const Eigen::MatrixXd factor = solution.covariance_factor.middleRows(3 * i, 3);
-      const Eigen::Matrix3d covariance = factor * factor.transpose();
       if (std::isnan(solution.sigma[i])) {
         ++totals.not_seen;
-      } else {
-        (solution.interpolated[i] != 0 ? totals.bridged : totals.seen)
-            .Add(error, solution.sigma[i], covariance);
+        continue;
       }
+      const Eigen::MatrixXd factor = solution.covariance_factor.middleRows(3 * i, 3);
+      const Eigen::Matrix3d covariance = factor * factor.transpose();
+      (solution.interpolated[i] != 0 ? totals.bridged : totals.seen)
+          .Add(error, solution.sigma[i], covariance);
     }
   }
 }

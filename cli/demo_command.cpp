@@ -212,6 +212,7 @@ Command MakeDemoCommand() {
                 ->check(CLI::Range(2, 1000))
                 ->capture_default_str();
             app.add_option("--seed", options->seed, "of everything that is drawn, whole number")
+                ->check(CLI::NonNegativeNumber)
                 ->capture_default_str();
             app.add_option("--threads", options->threads, "trials worked on at once, count")
                 ->check(CLI::Range(1, 64))

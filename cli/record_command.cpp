@@ -212,6 +212,7 @@ void DeclareTrial(CLI::App& app, RecordCall& call) {
   app.add_option("--medium", call.trial.medium, "what the gripper hangs in")->capture_default_str();
   app.add_option("--pull", call.trial.pull,
                  "commanded at the end, fraction of the flat tendon length (0 to 1)")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--pull-rate", call.trial.pull_rate, "commanded, fraction per second")
       ->capture_default_str();
@@ -243,6 +244,7 @@ void DeclareVirtual(CLI::App& app, VirtualTrialOptions& options) {
   app.add_option("--frames", options.frames, "virtual: pictures per camera, from flat to the end, number")
       ->capture_default_str();
   app.add_option("--seed", options.seed, "virtual: of everything that is drawn, number")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--true-pull-scale", options.fold.pull_scale, "virtual: effective / commanded pull, ratio")
       ->capture_default_str();

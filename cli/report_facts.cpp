@@ -295,8 +295,8 @@ Result<TrialFacts> CollectFacts(Lab& lab, const std::string& id, const ReportOpt
   }
   if (!IsTracked(facts.details, folder)) {
     return Error{ErrorKind::kNotFound,
-                 fmt::format("trial {} is not tracked yet; do it with: tendril track {}", overview.label,
-                             overview.label)};
+                 fmt::format("trial {} is not tracked yet; do it with: tendril track {} --lab {}",
+                             overview.label, overview.label, lab.folder().string())};
   }
   Result<TrialSpec> trial = ReadTrialToml(folder / "trial.toml");
   if (!trial.ok()) return trial.error();

@@ -274,7 +274,10 @@ std::string Links(const TrialFacts& facts, const PageFigures& figures) {
   html += EitherOr(facts, names) + "<h3>Undecided crossings</h3>\n";
   if (link.undecided.empty()) {
     return html +
-           HtmlParagraph("None: at every moment strands are farther apart than three standard deviations.");
+           HtmlParagraph(
+               "None: at every moment strands are farther apart than three standard deviations. (The rays "
+               "that go on from "
+               "their ends are not strands; where these may pass on either side, the table above says so.)");
   }
   html += HtmlParagraph(
       "Strands nearer than three standard deviations of their distance: it is not known who lies in front.");

@@ -12,7 +12,6 @@
 #include "capture/track/track.h"
 #include "cli/lab_option.h"
 #include "cli/program_version.h"
-#include "db/files/trial_toml.h"
 #include "db/trial_query.h"
 
 namespace tendril::cli {
@@ -66,12 +65,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   const Result<std::optional<TagTrackLevel>> level = TagLevelOf(call.level);
   if (!level.ok()) return Error(level.error()).Within("--level");
   options.tag_level = level.value();
-  const Result<TrialSpec> trial = ReadTrialToml(lab.value().TrialFolder(id.value()) / "trial.toml");
-  if (!trial.ok()) return trial.error();
-  // Tentacles of the virtual rig's trials pass through whatever they meet.
-  const bool touching =
-      call.load == "contact" || (call.load == "auto" && trial.value().kind != TrialKind::kVirtual);
-  if (touching) options.chain = LoadedTentacles();
+  if (call.load != "auto") options.touching = call.load == "contact";
   const Result<TrackedTrial> tracked = TrackAndStore(lab.value(), id.value(), options, ProgramVersion(),
                                                      out.json() ? Progress() : out.ShowProgress("tracking"));
   if (!tracked.ok()) return tracked.error();
@@ -79,7 +73,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
 
   auto& fields = out.fields();
   fields["trial"] = id.value();
-  fields["load"] = touching ? "contact" : "free";
+  fields["load"] = tracked.value().touching ? "contact" : "free";
   fields["frames"] = tracked.value().frames;
   fields["detections"] = tracked.value().detections.size();
   fields["unknown_tags"] = tracked.value().unknown_tags;
@@ -88,6 +82,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   out.Print("trial {}: {} frames, {} tags detected in {:.1f} s, solved in {:.1f} s", id.value(),
             tracked.value().frames, tracked.value().detections.size(), tracked.value().detect_seconds,
             tracked.value().solve_seconds);
+  out.Print("tentacles {} (--load)", tracked.value().touching ? "may touch things" : "hang free");
   PrintCameras(tracked.value(), call.level, out);
   out.Print("{:<12} {:>8} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "reprojection px",
             "median sigma mm", "tags used", "rejected");

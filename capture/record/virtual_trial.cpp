@@ -118,10 +118,11 @@ Status CheckOptions(const TrialSpec& trial, const VirtualTrialOptions& o) {
     return bad("pull_scale and stiffness_ratio must be above 0 and stiffness_exponent finite");
   }
   if (!(o.fold.rest_angle >= 0 && o.fold.rest_angle < trial.design.closed_angle && o.fold.friction >= 0)) {
-    return bad(
-        fmt::format("rest angle of {} rad and friction of {}; expected 0 up to the closed angle, and 0 "
-                    "or more",
-                    o.fold.rest_angle, o.fold.friction));
+    return bad(fmt::format(
+        "rest angle of {:g} degrees and friction of {}; expected 0 to below the closed angle, {:g} "
+        "degrees, and 0 or more",
+        o.fold.rest_angle * 180 / std::numbers::pi, o.fold.friction,
+        trial.design.closed_angle * 180 / std::numbers::pi));
   }
   if (!(trial.pull >= 0 && trial.pull < 1))
     return bad(fmt::format("pull of {}; expected 0 .. 1", trial.pull));
@@ -237,7 +238,7 @@ Result<TruthFile> ReadTruthFile(const std::filesystem::path& file) {
   fold.Required().Number("stiffness_exponent", truth.fold.stiffness_exponent);
   std::string law = "paper";  // recordings of before have no law: it was the paper's
   fold.Choice("law", law, {"paper", "exact"});
-  truth.fold.law = law == "exact" ? FoldLaw::kExact : FoldLaw::kPaper;
+  truth.fold.law = FoldLawOf(law).value_or(FoldLaw::kPaper);
   fold.Degrees("rest_angle_deg", truth.fold.rest_angle, Between(0, 90, "deg"));
   fold.Number("friction", truth.fold.friction, AtLeast(0));
   TomlTable object = toml.value().Table("object");

@@ -9,8 +9,8 @@
 
 #include "model/check.h"
 #include "model/fold/facet_chain.h"
-#include "model/fold/fold.h"
 #include "model/fold/rest_curvature.h"
+#include "model/fold/rising_fold.h"
 #include "model/geometry/rotation.h"
 
 namespace tendril {
@@ -156,9 +156,9 @@ Result<TrueShape> TrueShapeOnRods(const VirtualTruth& truth, const Gripper& grip
     const Result<TentacleLayout> layout = LayOut(design);
     if (!layout.ok()) return within(layout.error());
     const TentacleTruth& drawn = truth.tentacles[i];
-    const Result<Fold> fold = SolveFold(layout.value(), design.base_width, design.closed_angle, rod.pull);
+    const Result<RisingFold> fold = SolveRisingFold(truth.fold.law, design, layout.value(), rod.pull);
     if (!fold.ok()) return within(fold.error());
-    const Result<Fold> off = SolveFold(drawn.layout, design.base_width, design.closed_angle, rod.pull);
+    const Result<RisingFold> off = SolveRisingFold(truth.fold.law, design, drawn.layout, rod.pull);
     if (!off.ok()) return within(off.error());
     const Eigen::VectorXd& angle = fold.value().angle;
     const Eigen::Isometry3d pose = LabFromTentacle(gripper, static_cast<int>(i));

@@ -47,8 +47,9 @@ Eigen::MatrixXd HolesByCalibration(const ChainProblem& problem, const Descent& r
       const double across = std::sqrt(3.0) * (2 * pixel.x() / camera.width_px - 1);
       const double down = std::sqrt(3.0) * (2 * pixel.y() / camera.height_px - 1);
       const double share = options.sigma_calibration_px / std::sqrt(3.0);
+      const FacetPulls pulls = PullsOnFacet(sum, slop, gradient, facet.rotation, arm);
       for (int axis = 0; axis < 2; ++axis) {
-        const FacetVector on_facet = PullOnFacet(sum, slop, gradient.col(axis), facet.rotation, arm);
+        const FacetVector on_facet = pulls.col(axis);
         const std::size_t first = static_cast<std::size_t>(kFields * number + 3 * axis);
         pull[first][place.facet] += share * on_facet;
         pull[first + 1][place.facet] += share * across * on_facet;

@@ -196,6 +196,14 @@ Eigen::Matrix<double, 6, 6> Loosened(const ViewFit& views, const TagSlop& slop) 
   return loosened;
 }
 
+// From a facet's step to its tag's.
+Eigen::Matrix<double, 6, 6> TagFromFacet(const Eigen::Matrix3d& lab_from_sheet_rotation,
+                                         const Eigen::Vector3d& hole_to_tag_in_sheet) {
+  Eigen::Matrix<double, 6, 6> tag_from_facet = Eigen::Matrix<double, 6, 6>::Identity();
+  tag_from_facet.bottomLeftCorner<3, 3>() = -lab_from_sheet_rotation * CrossMatrix(hole_to_tag_in_sheet);
+  return tag_from_facet;
+}
+
 }  // namespace
 
 ViewFit WithSlop(const ViewFit& views, const TagSlop& slop) {
@@ -213,23 +221,21 @@ Eigen::Matrix<double, 6, 1> MostProbableStep(const ViewFit& views, const TagSlop
   return -Loosened(views, slop).llt().solve(views.gradient);
 }
 
-FacetVector PullOnFacet(const ViewFit& views, const TagSlop& slop,
-                        const Eigen::Matrix<double, 6, 1>& gradient,
+FacetPulls PullsOnFacet(const ViewFit& views, const TagSlop& slop,
+                        const Eigen::Matrix<double, 6, 2>& gradients,
                         const Eigen::Matrix3d& lab_from_sheet_rotation,
                         const Eigen::Vector3d& hole_to_tag_in_sheet) {
-  const Eigen::Matrix<double, 6, 1> left =
-      gradient - views.hessian * Loosened(views, slop).llt().solve(gradient);
-  FacetVector pull = FacetVector::Zero();
-  pull.head<6>() = left;
-  pull.head<3>() +=
-      (lab_from_sheet_rotation * CrossMatrix(hole_to_tag_in_sheet)).transpose() * -left.tail<3>();
-  return pull;
+  const Eigen::Matrix<double, 6, 2> left =
+      gradients - views.hessian * Loosened(views, slop).llt().solve(gradients);
+  FacetPulls pulls = FacetPulls::Zero();
+  pulls.topRows<6>() = TagFromFacet(lab_from_sheet_rotation, hole_to_tag_in_sheet).transpose() * left;
+  return pulls;
 }
 
 void AddToFacet(const ViewFit& tag, const Eigen::Matrix3d& lab_from_sheet_rotation,
                 const Eigen::Vector3d& hole_to_tag_in_sheet, FacetVector& gradient, FacetMatrix& hessian) {
-  Eigen::Matrix<double, 6, 6> tag_from_facet = Eigen::Matrix<double, 6, 6>::Identity();
-  tag_from_facet.bottomLeftCorner<3, 3>() = -lab_from_sheet_rotation * CrossMatrix(hole_to_tag_in_sheet);
+  const Eigen::Matrix<double, 6, 6> tag_from_facet =
+      TagFromFacet(lab_from_sheet_rotation, hole_to_tag_in_sheet);
   gradient.head<6>() += tag_from_facet.transpose() * tag.gradient;
   const Eigen::Matrix<double, 6, 6> moved = tag.hessian.lazyProduct(tag_from_facet);
   hessian.topLeftCorner<6, 6>() += tag_from_facet.transpose().lazyProduct(moved);

@@ -97,10 +97,11 @@ ViewFit WithSlop(const ViewFit& views, const TagSlop& slop);
 // The step that takes the tag from its place on the facet to where its views and the slop would have it.
 Eigen::Matrix<double, 6, 1> MostProbableStep(const ViewFit& views, const TagSlop& slop);
 
-// What one view's gradient (over a step of the tag) does to the facet's, once the tag's slop has taken its
-// part; `views` are all of the tag.
-FacetVector PullOnFacet(const ViewFit& views, const TagSlop& slop,
-                        const Eigen::Matrix<double, 6, 1>& gradient,
+// What two gradients of one view (over a step of the tag) do to the facet's, once the tag's slop has taken
+// its part; `views` are all of the tag.
+using FacetPulls = Eigen::Matrix<double, kFacetSize, 2>;
+FacetPulls PullsOnFacet(const ViewFit& views, const TagSlop& slop,
+                        const Eigen::Matrix<double, 6, 2>& gradients,
                         const Eigen::Matrix3d& lab_from_sheet_rotation,
                         const Eigen::Vector3d& hole_to_tag_in_sheet);
 

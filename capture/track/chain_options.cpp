@@ -13,10 +13,8 @@ ChainOptions LoadedTentacles() {
 }
 
 CornerSigma SigmaOfView(double stated_px, const ChainOptions& options) {
-  // What a view states is its pixels' noise on a flat tag; tags on facets that bend are not flat.
-  constexpr double kNotFlat = 0.05;  // px
   const bool stated = stated_px > 0 && std::isfinite(stated_px);
-  return {.alone = stated ? std::hypot(stated_px, kNotFlat) : options.sigma_corner_px,
+  return {.alone = stated ? std::hypot(stated_px, options.sigma_flatness_px) : options.sigma_corner_px,
           .shared = 0.5 * options.sigma_calibration_px};
 }
 

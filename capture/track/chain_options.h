@@ -11,6 +11,8 @@ namespace tendril {
 // 1-sigma values. What each stands for, and against what it was checked: docs/tracking.md.
 struct ChainOptions {
   double sigma_corner_px = 0.12;  // a corner's coordinate where the view does not state its own
+  double sigma_flatness_px =
+      0.05;  // besides what a view states, which is of a flat tag: facets bend, paper curls
   double sigma_calibration_px =
       0.2;  // a camera's calibration: a smooth error of all of its views, per coordinate
   double sigma_tag_place = 0.10e-3;  // glue: a tag against its place, along the facet's y and z, m

@@ -3,6 +3,7 @@
 // predicted, fitted where it should be (tag_photometric.h) and confirmed by decoding from time to time.
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <vector>
@@ -37,6 +38,9 @@ struct TrackedTag {
   int hamming = 0;       // code bits that were wrong
   double margin = 0;     // decision margin, gray levels
 };
+
+// Stated error of a corner's coordinate, root mean square of the eight, px.
+inline double SigmaOfCorners(const TrackedTag& tag) { return std::sqrt(tag.covariance.trace() / 8); }
 
 struct TagTrackCounts {
   long frames = 0, decodes = 0;

@@ -41,7 +41,7 @@ class TagFinder {
       if (!tags.ok()) return tags.error();
       for (const TrackedTag& tag : tags.value()) {
         DetectionRow row{.camera = camera, .frame = frame, .tag = tag.id, .corners_px = tag.corners_px};
-        row.sigma_px = std::sqrt(tag.covariance.trace() / 8);
+        row.sigma_px = SigmaOfCorners(tag);
         if (tag.decoded) {
           row.hamming = tag.hamming;
           row.margin = tag.margin;

@@ -147,6 +147,12 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   const Result<TrialSpec> read = ReadTrialToml(folder / "trial.toml");
   if (!read.ok()) return read.error();
   const TrialSpec& trial = read.value();
+  if (trial.kind == TrialKind::kSimulated) {
+    return Error{ErrorKind::kBadInput,
+                 (folder / "trial.toml").string() + ": the trial is simulated; expected one with videos"};
+  }
+  const bool touching = options.touching.value_or(trial.kind != TrialKind::kVirtual);
+  const ChainOptions chain = touching ? LoadedTentacles() : ChainOptions{};
   const Result<Rig> rig = ParseRig(trial.rig_toml, (folder / "trial.toml").string() + ": rig");
   if (!rig.ok()) return rig.error();
   const std::size_t cameras = rig.value().cameras.size();
@@ -169,6 +175,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   }
 
   TrackedTrial tracked;
+  tracked.touching = touching;
   tracked.family = trial.tags.family;
   const Clock::time_point detecting = Clock::now();
   if (options.from_detections) {
@@ -216,7 +223,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   SharedProgress steps(progress, 0.7, 1, static_cast<double>(sightings.time.size() * tracked.curves.size()));
   std::vector<std::vector<ResidualRow>> residuals(tracked.curves.size());
   const Status solved = ForEach(trial.gripper.tentacles, options.threads, [&](int tentacle) {
-    return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, options.chain, tracked,
+    return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, chain, tracked,
                          residuals[static_cast<std::size_t>(tentacle)], steps);
   });
   if (!solved.ok()) return solved.error();

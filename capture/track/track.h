@@ -24,7 +24,9 @@ struct TrackOptions {
   // How tags are found from picture to picture; none: each is decoded by itself.
   std::optional<TagTrackLevel> tag_level = TagTrackLevel::kStandard;
   TagDetectOptions detect;  // the family is the trial's
-  ChainOptions chain;
+  // Whether tentacles touch things (LoadedTentacles) or hang free; none: all but virtual trials', whose pass
+  // through what they meet, may touch.
+  std::optional<bool> touching;
   bool from_detections = false;  // start from the folder's detections.csv; the videos are not read
   int threads = 2;               // pictures, then tentacles, that are worked on at once
   // Pictures of two cameras belong together if their host times differ by less than this share of camera 0's
@@ -49,7 +51,8 @@ struct CameraTags {
 };
 
 struct TrackedTrial {
-  std::string family;  // of its tags
+  bool touching = false;  // what tentacles were taken to do
+  std::string family;     // of its tags
   std::vector<CurveSeries>
       curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen
   std::vector<TrackedTentacle> tentacles;

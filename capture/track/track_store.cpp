@@ -49,13 +49,15 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
 
   Provenance made{.program_version = program};
   const TagDetectOptions& detect = options.detect;
-  const ChainOptions& chain = options.chain;
+  const ChainOptions chain = tracked.value().touching ? LoadedTentacles() : ChainOptions{};
   nlohmann::json parameters{{"family", tracked.value().family},
                             {"decimate", detect.decimate},
                             {"min_white_black_diff", detect.min_white_black_diff},
                             {"max_hamming", detect.max_hamming},
                             {"from_detections", options.from_detections},
+                            {"load", tracked.value().touching ? "contact" : "free"},
                             {"sigma_corner_px", chain.sigma_corner_px},
+                            {"sigma_flatness_px", chain.sigma_flatness_px},
                             {"sigma_calibration_px", chain.sigma_calibration_px},
                             {"sigma_tag_place_m", chain.sigma_tag_place},
                             {"sigma_tag_turn_rad", chain.sigma_tag_turn},

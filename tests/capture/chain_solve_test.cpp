@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "capture/track/chain_calibration.h"
 #include "tests/support/synthetic_view.h"
 
 namespace tendril {
@@ -103,10 +104,55 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"planar_one", true, 1, {}, 2e-3},
                     Case{"coil_two_few_tags", false, 2, {.kept = 0.3}, 1e-3},
                     Case{"planar_two_few_tags", true, 2, {.kept = 0.3}, 1e-3},
+                    Case{"coil_two_stated", false, 2, {.states_sigma = true}, 0.5e-3},
                     Case{"coil_two_outliers", false, 2, {.outliers = 0.05}, 0.5e-3},
                     Case{"coil_one_outliers", false, 1, {.outliers = 0.05}, 2e-3},
                     Case{"planar_two_few_tags_outliers", true, 2, {.kept = 0.3, .outliers = 0.05}, 2e-3}),
     [](const testing::TestParamInfo<Case>& tried) { return std::string(tried.param.name); });
+
+// An independent way: the pictures of a camera are shifted (or stretched) and the chain is solved again.
+TEST(SolveChain, ACameraThatIsWrongMovesTheHolesAsForetold) {
+  const std::vector<Camera> rig = CamerasAround(2);
+  const ChainOptions options;
+  std::mt19937_64 random(77);
+  const Truth truth = MakeTruth(TentacleDesign{}, 0.2, rig, {}, Imperfection{}, random);
+  const auto solved = [&](const std::vector<TagView>& views, std::vector<FacetState> start) {
+    const ChainProblem problem = MakeChainProblem(truth.model, rig, views, options);
+    Descent run{.facets = std::move(start), .at = {}, .weight = std::vector<double>(views.size(), 1)};
+    Descend(problem, run, true);
+    return run;
+  };
+  const Descent run = solved(truth.views, SolveChain(truth.model, rig, truth.views).facets);
+  const ChainProblem problem = MakeChainProblem(truth.model, rig, truth.views, options);
+  const Eigen::MatrixXd foretold = HolesByCalibration(problem, run, ChainCholesky(run.at.matrix));
+  ASSERT_EQ(foretold.cols(), 12);
+  const double share = options.sigma_calibration_px / std::sqrt(3.0);
+  // Columns: of each camera, constant, slope across, slope down, in x, then in y.
+  for (const int column : {0, 3, 2, 6 + 3, 6 + 1}) {
+    const int camera = column / 6;
+    const int axis = column % 6 / 3;
+    std::vector<TagView> views = truth.views;
+    for (TagView& view : views) {
+      if (view.camera != camera) continue;
+      const Eigen::Vector2d middle = view.corners_px.rowwise().mean();
+      const Camera& c = rig[static_cast<std::size_t>(camera)];
+      const double fields[3] = {1, std::sqrt(3.0) * (2 * middle.x() / c.width_px - 1),
+                                std::sqrt(3.0) * (2 * middle.y() / c.height_px - 1)};
+      view.corners_px.row(axis).array() += share * fields[column % 3];
+    }
+    const Descent other = solved(views, run.facets);
+    double off = 0;
+    double size = 0;
+    for (std::size_t i = 0; i < run.facets.size(); ++i) {
+      const Eigen::Vector3d moved = other.facets[i].hole - run.facets[i].hole;
+      const Eigen::Vector3d told = foretold.block<3, 1>(3 * static_cast<Eigen::Index>(i), column);
+      off += (moved - told).squaredNorm();
+      size += moved.squaredNorm();
+    }
+    EXPECT_GT(std::sqrt(size / 49), 1e-6) << column;
+    EXPECT_LT(std::sqrt(off / size), 0.1) << column;
+  }
+}
 
 TEST(SolveChain, WithoutNoiseAndFaultsTheShapeIsExact) {
   const Imperfection none{.hole = 0,

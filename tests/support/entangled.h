@@ -23,20 +23,19 @@
 #include "model/geometry/rotation.h"
 #include "model/scene/actuation.h"
 #include "model/scene/simulate.h"
+#include "tests/support/virtual_views.h"
 
 namespace tendril::testing_support {
 
 struct EntangledOptions {
-  std::string scene;                               // examples/scenes/entangled.toml
-  std::vector<double> times;                       // s; ascending
-  double pull_scale = 0.95;                        // effective pull / the one that the tracker is told
-  double calibration_px = 0.2;                     // RMS by which cameras are not where the tracker thinks
-  double distance = 1.0;                           // of the cameras, m
+  std::string scene;            // examples/scenes/entangled.toml
+  std::vector<double> times;    // s; ascending
+  double pull_scale = 0.95;     // effective pull / the one that the tracker is told
+  double calibration_px = 0.2;  // by which cameras are not what the tracker thinks, per coordinate
+  double distance = 1.0;        // of the cameras, m
   double elevation = 35 * std::numbers::pi / 180;  // up and down in turn
   int width_px = 1280, height_px = 1024;
-  int every = 2;                                       // facets with tags
-  double glue_sd = 0.15e-3;                            // of a tag on its facet, each axis in the sheet, m
-  double glue_turn_sd = 0.5 * std::numbers::pi / 180;  // in the sheet, rad
+  int every = 2;  // facets with tags
   TruthRanges ranges;
 };
 
@@ -119,42 +118,6 @@ inline Camera CameraThatHolds(const std::vector<Eigen::Vector3d>& points, double
   return camera;
 }
 
-// The camera turned, moved and scaled so that points move by `rms_px`, in a drawn mixture.
-inline Camera Miscalibrated(const Camera& camera, const std::vector<Eigen::Vector3d>& points, double rms_px,
-                            std::mt19937_64& random) {
-  Eigen::Vector3d turn;
-  Eigen::Vector3d move;
-  for (int k = 0; k < 3; ++k) {
-    turn[k] = DrawNormal(random, 1 / camera.focal_x_px);
-    move[k] = DrawNormal(random, 1 / camera.focal_x_px);
-  }
-  const double zoom = DrawNormal(random, 2 / camera.focal_x_px);
-  const auto changed = [&](double share) {
-    Camera other = camera;
-    Eigen::Isometry3d by = Eigen::Isometry3d::Identity();
-    by.linear() = ExpSo3(share * turn);
-    by.translation() = share * move;
-    other.camera_from_lab = by * camera.camera_from_lab;
-    other.focal_x_px *= 1 + share * zoom;
-    other.focal_y_px *= 1 + share * zoom;
-    return other;
-  };
-  const Camera whole = changed(1);
-  double squares = 0;
-  for (const Eigen::Vector3d& p : points) squares += (*Project(whole, p) - *Project(camera, p)).squaredNorm();
-  return changed(rms_px / std::sqrt(squares / static_cast<double>(points.size())));
-}
-
-inline TagLayout Glued(TagLayout tags, double sd, double turn_sd, std::mt19937_64& random) {
-  for (TagPlace& tag : tags.tags) {
-    const Eigen::Vector3d middle = tag.corners_in_sheet.rowwise().mean();
-    const Eigen::Matrix3d turn = ExpSo3({DrawNormal(random, turn_sd), 0, 0});
-    const Eigen::Vector3d moved = middle + Eigen::Vector3d(0, DrawNormal(random, sd), DrawNormal(random, sd));
-    tag.corners_in_sheet = ((turn * (tag.corners_in_sheet.colwise() - middle)).colwise() + moved).eval();
-  }
-  return tags;
-}
-
 // Seeds draw where tentacles hang (carrier radius 60 to 85 mm, tilt -3 to 2.5 degrees), when each is drawn
 // in, and all that the virtual rig draws.
 inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const EntangledOptions& options) {
@@ -224,12 +187,12 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
   Result<TagLayout> layout = LayOutTags(trial.design, trial.gripper, tags);
   if (!layout.ok()) return layout.error();
   trial.tags = std::move(layout).value();
-  trial.glued_tags = Glued(trial.tags, options.glue_sd, options.glue_turn_sd, random);
+  trial.glued_tags = GlueTags(trial.tags, options.ranges, random);
   for (int c = 0; c < 4; ++c) {
     trial.cameras.push_back(
         CameraThatHolds(points, (0.25 + 0.5 * c) * std::numbers::pi, options, c % 2 == 0 ? 1 : -1));
     trial.known_cameras.push_back(
-        Miscalibrated(trial.cameras.back(), points, options.calibration_px, random));
+        MiscalibratedCamera(trial.cameras.back(), points, options.calibration_px, random));
   }
   return trial;
 }
@@ -273,6 +236,7 @@ class EntangledFilm {
         view.camera = static_cast<int>(c);
         view.place = place;
         view.corners_px = tag.corners_px;
+        view.sigma_px = SigmaOfCorners(tag);
         frame.views[static_cast<std::size_t>(place->tentacle)].push_back(view);
       }
       frame.find_seconds += SecondsOf(start);

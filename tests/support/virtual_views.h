@@ -40,8 +40,8 @@ inline bool IsHidden(const TrueShape& shape, int tentacle, int facet, const Eige
   return false;
 }
 
-// The camera as it really is, where the rig file is wrong by sigma_px per pixel coordinate, root mean square
-// over these points: pose, focal length, centre and lens share the blame.
+// A camera as it really is, where the one of the rig file is wrong by sigma_px per pixel coordinate, root
+// mean square over these points: pose, focal length, centre and lens share the blame.
 inline Camera MiscalibratedCamera(const Camera& told, const std::vector<Eigen::Vector3d>& points,
                                   double sigma_px, std::mt19937_64& random) {
   constexpr int kWays = 10;
@@ -78,7 +78,6 @@ struct SeenTentacle {
   ChainModel model;  // what the tracker is told
   std::vector<TagView> views;
   Eigen::Matrix3Xd holes;  // in the lab, m
-  Eigen::VectorXd fold_angle;
 };
 
 struct SightOptions {
@@ -101,7 +100,6 @@ inline SeenTentacle SeeTentacle(const VirtualTruth& truth, const TrueShape& shap
                 .closed_angle = truth.design.closed_angle,
                 .lab_from_tentacle = LabFromTentacle(gripper, tentacle)};
   seen.holes = one.centerline.points;
-  seen.fold_angle = one.fold_angle;
   for (std::size_t i = 0; i < drawn.tags.size(); ++i) {
     const TagPlace& tag = drawn.tags[i];
     if (tag.tentacle != tentacle || tag.facet % options.every != 0) continue;
@@ -119,7 +117,7 @@ inline SeenTentacle SeeTentacle(const VirtualTruth& truth, const TrueShape& shap
       TagView view{.camera = c, .place = &tag, .corners_px = {}, .sigma_px = sigma};
       bool clear = !IsHidden(shape, tentacle, tag.facet, middle, eye);
       for (int k = 0; k < 4 && clear; ++k) {
-        // The white ring, a sixth of the way out, must be seen as well.
+        // The white ring must be seen as well: a quarter of the way from the middle out.
         const Eigen::Vector3d corner = corners.col(k);
         clear = !IsHidden(shape, tentacle, tag.facet, corner + 0.25 * (corner - middle), eye);
         const auto pixel = Project(cameras[static_cast<std::size_t>(c)], corner);
