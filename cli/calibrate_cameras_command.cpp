@@ -116,7 +116,8 @@ Status CheckWays(const CalibrateCamerasCall& call) {
 }
 
 // Stamps by the clock of the frame logs beside the detections, (cameras) x (frames); none without logs.
-Result<std::vector<std::vector<std::int64_t>>> ClockOf(const std::string& tags, size_t cameras, Output& out) {
+Result<std::vector<std::vector<std::int64_t>>> ClockOf(const std::string& tags, size_t cameras, double share,
+                                                       Output& out) {
   std::vector<std::filesystem::path> logs;
   for (size_t c = 0; c < cameras; ++c) {
     logs.push_back(std::filesystem::path(tags).parent_path() / fmt::format("cam{}.csv", c));
@@ -125,7 +126,7 @@ Result<std::vector<std::vector<std::int64_t>>> ClockOf(const std::string& tags, 
     out.Warn(fmt::format("frames are paired by their number: there is no {}", logs.back().string()));
     return std::vector<std::vector<std::int64_t>>{};
   }
-  auto clock = StampsByClock(logs);
+  auto clock = StampsByClock(logs, share);
   if (!clock.ok()) return clock.error();
   return std::move(clock).value().stamps;
 }
@@ -135,7 +136,8 @@ Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
   if (!rig.ok()) return rig.error();
   const auto rows = ReadDetections(call.tags);
   if (!rows.ok()) return rows.error();
-  const auto clock = ClockOf(call.tags, rig.value().cameras.size(), out);
+  const auto clock = ClockOf(call.tags, rig.value().cameras.size(),
+                             call.from_tags.still_px > 0 ? kFreeRunning : kTriggered, out);
   if (!clock.ok()) return clock.error();
   std::vector<TagInPicture> tags;
   for (const DetectionRow& row : rows.value()) {
@@ -188,6 +190,11 @@ Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
   if (!board.ok()) return board.error();
   const auto pictures = SplitCameras(call.cameras);
   if (!pictures.ok()) return pictures.error();
+  if (call.lab_board > 0 && call.lab_board % call.every != 0 && AreVideos(pictures.value())) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("--lab-board {} is not looked at with --every {}; expected a multiple of {}",
+                             call.lab_board, call.every, call.every)};
+  }
   auto seen = FindBoards(pictures.value(), board.value(), call.every, out.ShowProgress("boards"));
   if (!seen.ok()) return seen.error();
   for (const std::string& note : seen.value().notes) out.Warn(note);

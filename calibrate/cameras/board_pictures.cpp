@@ -139,6 +139,13 @@ Status Look(const cv::Mat& gray, const Board& board, std::int64_t stamp, int ind
 
 }  // namespace
 
+bool AreVideos(const std::vector<CameraPictures>& cameras) {
+  return std::all_of(cameras.begin(), cameras.end(), [](const CameraPictures& camera) {
+    return std::all_of(camera.sources.begin(), camera.sources.end(),
+                       [](const std::string& source) { return IsVideo(source); });
+  });
+}
+
 Result<BoardsSeen> FindBoards(const std::vector<CameraPictures>& cameras, const Board& board, int every,
                               const Progress& progress) {
   if (every < 1)

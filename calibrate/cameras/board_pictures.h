@@ -24,6 +24,9 @@ struct BoardsSeen {
   std::vector<std::string> notes;  // pictures without a board, and how stamps were chosen
 };
 
+// Whether every camera's source is a video, by its name.
+bool AreVideos(const std::vector<CameraPictures>& cameras);
+
 // Stamps: of videos, of frames that were taken at once, by the frame logs beside them (cam0.csv of cam0.mkv);
 // the frame's number where one has none. Of files, the last number in their names where all of a camera's
 // differ in it, else their order (then all cameras need equally many).

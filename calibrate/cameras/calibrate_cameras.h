@@ -77,8 +77,7 @@ struct CameraCalibration {
 
 //   cameras   names, sizes and kind of distortion
 //   points    the board's corners as its layout has them   (3, corners)
-//   errors    kBadInput     a view that fits no camera or corner, an option out of range, no board seen at
-//   lab's
+//   errors    kBadInput     a view that fits no camera or corner, an option out of range, no board at lab's
 //                           stamp
 //             kUnreachable  too few views of a camera (names it), cameras not linked (names them), no fit
 //             kStopped      progress said so

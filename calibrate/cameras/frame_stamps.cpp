@@ -9,9 +9,7 @@
 
 namespace tendril {
 
-Result<FrameStamps> StampsByClock(const std::vector<std::filesystem::path>& logs) {
-  // Of camera 0's frame interval: half would leave it open which of two frames belongs.
-  constexpr double kSameMoment = 0.4;
+Result<FrameStamps> StampsByClock(const std::vector<std::filesystem::path>& logs, double share) {
   constexpr std::int64_t kBeyond = 1'000'000'000;  // more frames than a recording has
   std::vector<FrameLog> cameras;
   for (const auto& file : logs) {
@@ -27,20 +25,29 @@ Result<FrameStamps> StampsByClock(const std::vector<std::filesystem::path>& logs
     std::iota(found.stamps.back().begin(), found.stamps.back().end(), alone);
   }
   if (cameras.empty()) return found;
-  const auto moments = SameMoments(cameras, kSameMoment);
-  for (std::size_t f = 0; f < moments.size(); ++f) {
-    bool shared = false;
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
+  const auto moments = SameMoments(cameras, share);
+  std::iota(found.stamps[0].begin(), found.stamps[0].end(), std::int64_t{0});
+  std::vector<bool> shared(moments.size(), false);
+  for (std::size_t c = 1; c < cameras.size(); ++c) {
+    const auto apart = [&](std::size_t frame, std::size_t own) {
+      return std::abs(static_cast<double>(cameras[c][own].host_ns - cameras[0][frame].host_ns));
+    };
+    for (std::size_t f = 0; f < moments.size(); ++f) {
       if (moments[f][c] < 0) continue;
       const auto own = static_cast<std::size_t>(moments[f][c]);
-      found.stamps[c][own] = static_cast<std::int64_t>(f);
-      if (c == 0) continue;
-      shared = true;
-      const auto apart = static_cast<double>(cameras[c][own].host_ns - cameras[0][f].host_ns);
-      found.farthest_apart = std::max(found.farthest_apart, 1e-9 * std::abs(apart));
+      std::int64_t& stamp = found.stamps[c][own];
+      // Beyond half an interval one frame can be the nearest to two of camera 0: it goes with the nearer.
+      if (stamp < kBeyond && apart(static_cast<std::size_t>(stamp), own) <= apart(f, own)) continue;
+      stamp = static_cast<std::int64_t>(f);
     }
-    found.together += shared ? 1 : 0;
+    for (std::size_t own = 0; own < cameras[c].size(); ++own) {
+      if (found.stamps[c][own] >= kBeyond) continue;
+      const auto f = static_cast<std::size_t>(found.stamps[c][own]);
+      shared[f] = true;
+      found.farthest_apart = std::max(found.farthest_apart, 1e-9 * apart(f, own));
+    }
   }
+  found.together = static_cast<int>(std::count(shared.begin(), shared.end(), true));
   return found;
 }
 

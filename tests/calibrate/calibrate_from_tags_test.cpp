@@ -5,10 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 
+#include "calibrate/cameras/frame_stamps.h"
 #include "capture/track/tag_pose.h"
+#include "db/files/recording_logs.h"
+#include "tests/support/program.h"
 
 namespace tendril {
 namespace {
@@ -248,6 +252,35 @@ TEST(UnlinkMoving, OnlyStillPicturesKeepTheirStamp) {
   std::vector<std::int64_t> stamps;
   for (const TagInPicture& t : UnlinkMoving(tags, 2.5, 3)) stamps.push_back(t.stamp);
   EXPECT_THAT(stamps, ElementsAre(10, 20, 30, -1, -2, -3));
+}
+
+TEST(StampsByClock, FreeRunningCamerasShareMomentsAtAnyPhase) {
+  const testing_support::TemporaryFolder folder;
+  const auto log = [&](const std::string& name, std::int64_t late_ns, int lost) {
+    std::vector<FrameRow> rows;
+    for (int i = 0; i < 10; ++i) {
+      if (i == lost) continue;
+      const std::int64_t ns = 10'000'000LL * (i + 1) + late_ns;
+      rows.push_back(
+          {.frame = static_cast<std::int64_t>(rows.size()), .frame_id = i, .device_ns = ns, .host_ns = ns});
+    }
+    EXPECT_TRUE(WriteFrameLog(folder / name, rows).ok());
+    return std::filesystem::path(folder / name);
+  };
+  const auto first = log("cam0.csv", 0, -1);
+  for (const std::int64_t late_ns : {0, 2'000'000, 4'500'000, 5'000'000, 5'500'000, 9'000'000}) {
+    const auto second = log("cam1.csv", late_ns, 4);
+    const FrameStamps triggered = StampsByClock({first, second}).value();
+    const bool near = late_ns < 4'000'000 || late_ns > 6'000'000;
+    EXPECT_EQ(triggered.together > 0, near) << late_ns;
+    const FrameStamps free = StampsByClock({first, second}, kFreeRunning).value();
+    EXPECT_GE(free.together, 8) << late_ns;
+    EXPECT_LE(free.farthest_apart, 0.01 + 1e-9) << late_ns;
+    // No frame of camera 0 has two of the other.
+    std::vector<std::int64_t> stamps = free.stamps[1];
+    std::sort(stamps.begin(), stamps.end());
+    EXPECT_EQ(std::adjacent_find(stamps.begin(), stamps.end()), stamps.end()) << late_ns;
+  }
 }
 
 }  // namespace

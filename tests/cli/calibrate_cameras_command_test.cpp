@@ -152,6 +152,14 @@ TEST(CalibrateCamerasCommand, VideosArePairedByTheirClocksAndABoardSaysWhereTheL
   EXPECT_EQ(nowhere.exit_code, 2);
   EXPECT_THAT(nowhere.err, HasSubstr("the board's in picture 77, but no camera saw it there"));
 
+  const auto skipped = [&] {
+    auto asked = call;
+    asked.insert(asked.end(), {"--lab-board", "3", "--every", "2"});
+    return RunProgram(asked);
+  }();
+  EXPECT_EQ(skipped.exit_code, 2);
+  EXPECT_THAT(skipped.err, HasSubstr("--lab-board 3 is not looked at with --every 2"));
+
   // By number alone frames of different moments come together.
   std::filesystem::remove(folder / "cam1.csv");
   const auto numbered = RunProgram(call);
@@ -159,21 +167,22 @@ TEST(CalibrateCamerasCommand, VideosArePairedByTheirClocksAndABoardSaysWhereTheL
   EXPECT_TRUE(numbered.exit_code == 1 || nlohmann::json::parse(numbered.out)["rms_px"].get<double>() > 1);
 }
 
-TEST(CalibrateCamerasCommand, RecordedTagsBecomeARigFile) {
-  const TemporaryFolder folder;
-  std::vector<Camera> truth = FourInARow(Distortion::kBrown);
-  truth.resize(2);
+// Two cameras' recorded tags on a sheet that is shown in 12 poses, each for so many frames of 10 ms, and the
+// lenses; camera 1 is late by `late_ns` and lost frame 5.
+void RecordTags(const TemporaryFolder& folder, const std::vector<Camera>& truth, int held,
+                std::int64_t late_ns) {
   const Eigen::Matrix3Xd tag = TagCorners3d(0.1);
   std::mt19937 random(13);
   std::normal_distribution<double> noise(0, 0.05);
   std::vector<DetectionRow> rows;
   std::vector<FrameRow> logs[2];
-  for (int i = 0; i < 12; ++i) {
-    Eigen::Isometry3d beside = ShownTo(truth, 0, Points(), random);
+  Eigen::Isometry3d beside = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 12 * held; ++i) {
+    if (i % held == 0) beside = ShownTo(truth, 0, Points(), random);
     for (int c = 0; c < 2; ++c) {
       if (c == 1 && i == 5) continue;  // lost
       auto& log = logs[c];
-      const std::int64_t ns = 10'000'000LL * (i + 1);
+      const std::int64_t ns = 10'000'000LL * (i + 1) + c * late_ns;
       for (int t = 0; t < 2; ++t) {
         DetectionRow row;
         row.frame = static_cast<std::int64_t>(log.size());
@@ -197,6 +206,13 @@ TEST(CalibrateCamerasCommand, RecordedTagsBecomeARigFile) {
   lenses.cameras = truth;
   for (Camera& camera : lenses.cameras) camera.camera_from_lab.setIdentity();
   WriteText(folder / "lenses.toml", RigToml(lenses));
+}
+
+TEST(CalibrateCamerasCommand, RecordedTagsBecomeARigFile) {
+  const TemporaryFolder folder;
+  std::vector<Camera> truth = FourInARow(Distortion::kBrown);
+  truth.resize(2);
+  RecordTags(folder, truth, 1, 0);
   const auto run =
       RunProgram({"calibrate", "cameras", "--tags", folder / "detections.csv", "--tag-size", "0.1",
                   "--lenses", folder / "lenses.toml", "--out", folder / "rig.toml", "--json"});
@@ -206,7 +222,28 @@ TEST(CalibrateCamerasCommand, RecordedTagsBecomeARigFile) {
   ASSERT_EQ(json["tags"].size(), 2u);
   const auto& second = json["tags"][1]["corners_m"][0];
   EXPECT_EQ(json["tags"][1]["tag"], 8);
-  EXPECT_NEAR(second[0].get<double>(), tag(0, 0) + 0.13, 0.001);
+  EXPECT_NEAR(second[0].get<double>(), TagCorners3d(0.1)(0, 0) + 0.13, 0.001);
+  const auto rig = ReadRig(folder / "rig.toml");
+  ASSERT_TRUE(rig.ok()) << rig.error().message;
+  const Eigen::Vector3d position = rig.value().cameras[1].camera_from_lab.inverse().translation();
+  EXPECT_LT((position - truth[1].camera_from_lab.inverse().translation()).norm(), 0.004);
+}
+
+TEST(CalibrateCamerasCommand, CamerasInOppositePhaseAreLinkedByStillTags) {
+  const TemporaryFolder folder;
+  std::vector<Camera> truth = FourInARow(Distortion::kBrown);
+  truth.resize(2);
+  RecordTags(folder, truth, 4, 5'000'000);
+  std::vector<std::string> call{"calibrate",  "cameras",
+                                "--tags",     folder / "detections.csv",
+                                "--tag-size", "0.1",
+                                "--lenses",   folder / "lenses.toml",
+                                "--out",      folder / "rig.toml"};
+  const auto apart = RunProgram(call);  // as if triggered: nothing belongs together
+  EXPECT_EQ(apart.exit_code, 1) << apart.out;
+  call.insert(call.end(), {"--still", "2.5"});
+  const auto run = RunProgram(call);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto rig = ReadRig(folder / "rig.toml");
   ASSERT_TRUE(rig.ok()) << rig.error().message;
   const Eigen::Vector3d position = rig.value().cameras[1].camera_from_lab.inverse().translation();
