@@ -15,6 +15,7 @@
 #include "capture/rig/virtual_rig.h"
 #include "db/files/design_toml.h"
 #include "db/files/safe_file.h"
+#include "db/files/toml_write.h"
 
 namespace tendril::cli {
 namespace {
@@ -261,7 +262,7 @@ void DeclareVirtual(CLI::App& app, VirtualTrialOptions& options) {
       ->default_str("paper");
   app.add_option_function<double>(
          "--true-rest-angle-deg",
-         [&options](const double& degrees) { options.fold.rest_angle = degrees * std::numbers::pi / 180; },
+         [&options](const double& degrees) { options.fold.rest_angle = RadiansOfDegrees(degrees); },
          "virtual: the creases' rest angle, degrees")
       ->check(CLI::Range(0.0, 90.0));
   app.add_option("--true-friction", options.fold.friction,

@@ -26,6 +26,14 @@ std::string Digits(double value) {
   return {text, end.ptr};
 }
 
+// How far the tendon turns at hole i, rad, where creases i - 1 and i are folded so far.
+double DeflectionAt(const TentacleLayout& layout, Eigen::Index i, double before, double after) {
+  const double sign = i % 2 == 0 ? -1 : 1;
+  const Eigen::Vector3d u = ChordOf(layout.crease_angle[i - 1], sign * before).along;
+  const Eigen::Vector3d v = ChordOf(layout.crease_angle[i], sign * after).along;
+  return std::atan2(u.cross(v).norm(), u.dot(v));
+}
+
 // One crease under either law. Its stiffness is relative: W, or W / sin a for law `exact`.
 struct LoadedCrease {
   FoldLaw law = FoldLaw::kPaper;
@@ -114,13 +122,6 @@ class RisingTendon {
     tension_.setConstant(tension);
   }
 
-  double Deflection(Eigen::Index i, double angle) const {
-    const double sign = i % 2 == 0 ? -1 : 1;
-    const Eigen::Vector3d u = ChordOf(layout_.crease_angle[i - 1], sign * angle_[i - 1]).along;
-    const Eigen::Vector3d v = ChordOf(layout_.crease_angle[i], sign * angle).along;
-    return std::atan2(u.cross(v).norm(), u.dot(v));
-  }
-
  private:
   // The tension that slides past hole i: ln T = ln T_before - mu (theta0 + deflection(T)), rising in T where
   // the crease is folded. By Newton's method between bounds.
@@ -131,14 +132,16 @@ class RisingTendon {
     double low = before * std::exp(-friction_ * (wrap_angle_ + std::numbers::pi));
     double high = before * std::exp(-friction_ * wrap_angle_);
     if (crease.starts_flat()) {
-      const double flat = before * std::exp(-friction_ * (wrap_angle_ + Deflection(i, 0)));
+      const double flat =
+          before * std::exp(-friction_ * (wrap_angle_ + DeflectionAt(layout_, i, angle_[i - 1], 0)));
       if (flat <= crease.hinge.critical) return flat;
       low = std::max(low, crease.hinge.critical);
     }
     double next = std::clamp(before * std::exp(-friction_ * (wrap_angle_ + 0.1)), low, high);
     for (int iteration = 0; iteration < 60; ++iteration) {
       angle_[i] = crease.Angle(next);
-      const double off = std::log(next / before) + friction_ * (wrap_angle_ + Deflection(i, angle_[i]));
+      const double off = std::log(next / before) +
+                         friction_ * (wrap_angle_ + DeflectionAt(layout_, i, angle_[i - 1], angle_[i]));
       (off > 0 ? high : low) = next;
       const double slope =
           1 + friction_ * SlopeOfDeflection(layout_, angle_, i).after * crease.Give(angle_[i]);
@@ -223,7 +226,6 @@ Result<RisingFold> SolveRisingFold(FoldLaw law, const TentacleDesign& design, co
   RisingFold fold;
   const Eigen::Index n = tendon.size();
   if (pull * flat <= at_rest) {
-    fold.slack = pull * flat < at_rest;
     tendon.Set(Eigen::VectorXd::Constant(n, design.rest_angle), 0);
   } else if (law == FoldLaw::kExact) {
     Eigen::VectorXd stiffness = layout.stiffness.array() / layout.crease_angle.array().sin();
@@ -278,10 +280,7 @@ RisingSlopes SlopesOf(FoldLaw law, const TentacleDesign& design, const TentacleL
     push[1] = crease.ByRest(fold.angle[i], fold.tension[i]);
     push.tail(m) = -give * directions.row(i);
     if (i > 0 && fold.tension[i] > 0 && (by_friction || mu > 0)) {
-      const double sign = i % 2 == 0 ? -1 : 1;
-      const Eigen::Vector3d u = ChordOf(layout.crease_angle[i - 1], sign * fold.angle[i - 1]).along;
-      const Eigen::Vector3d v = ChordOf(layout.crease_angle[i], sign * fold.angle[i]).along;
-      const double deflection = std::atan2(u.cross(v).norm(), u.dot(v));
+      const double deflection = DeflectionAt(layout, i, fold.angle[i - 1], fold.angle[i]);
       const DeflectionSlope by = SlopeOfDeflection(layout, fold.angle, i);
       const double own = 1 + mu * by.after * give;
       alone -= mu * (by.before * shift_before + by.after * push);

@@ -19,7 +19,6 @@ struct RisingFold {
   Eigen::VectorXd angle;    // phi_i, rad                                                        (creases)
   Eigen::VectorXd tension;  // across each crease; law paper: k. Relative: E t^3 / 12 l is left out  (creases)
   double tendon_length = 0;  // by the law's own distances between holes, m
-  bool slack = false;        // the rest shape takes in more than the pull
   int closed = 0;            // creases at phi_max
 };
 
