@@ -14,10 +14,20 @@
 namespace tendril {
 namespace {
 
+// Law exact, where every direction counts.
 struct Place {
-  double pull = 0.2, log_ratio = 0.3, exponent = 1.2;
-  double& operator[](int i) { return i == 0 ? pull : i == 1 ? log_ratio : exponent; }
+  double pull = 0.2, log_ratio = 0.3, exponent = 1.2, rest_angle = 0.1, friction = 0.05;
+  double& operator[](int i) {
+    double* const all[] = {&pull, &log_ratio, &exponent, &rest_angle, &friction};
+    return *all[i];
+  }
 };
+
+FoldTangent ExactFoldAt(const TentacleDesign& design, const TentacleLayout& layout, const Place& at) {
+  return FoldAt(design, layout,
+                {at.pull, at.log_ratio, at.exponent, at.rest_angle, at.friction, FoldLaw::kExact, true, true})
+      .value();
+}
 
 TentacleDesign RandomDesign(std::mt19937_64& random) {
   TentacleDesign d;
@@ -50,6 +60,34 @@ TEST(FoldAt, SlopesAgreeWithCentralDifferences) {
           << "draw " << draw << " direction " << k;
     }
   }
+}
+
+TEST(FoldAt, SlopesOfTheExactLawAgreeWithCentralDifferencesInEveryDirection) {
+  std::mt19937_64 random(29);
+  int compared = 0;
+  for (int draw = 0; draw < 20; ++draw) {
+    const TentacleDesign design = RandomDesign(random);
+    const TentacleLayout layout = LayOut(design).value();
+    const Place at{test::Uniform(random, 0.12, 0.4), test::Uniform(random, -0.5, 0.5),
+                   test::Uniform(random, 0, 2)};
+    const FoldTangent fold = ExactFoldAt(design, layout, at);
+    for (int k = 0; k < kFoldDirections; ++k) {
+      Place low = at, high = at;
+      const double step = 1e-6;
+      low[k] -= step;
+      high[k] += step;
+      const FoldTangent a = ExactFoldAt(design, layout, low);
+      const FoldTangent b = ExactFoldAt(design, layout, high);
+      if (a.closed != b.closed) continue;  // a kink of the law
+      const Eigen::VectorXd numeric = (b.angle - a.angle) / (2 * step);
+      EXPECT_GT(numeric.norm(), 1e-3) << "draw " << draw << " direction " << k;
+      EXPECT_LT((numeric - fold.slope.col(k)).cwiseAbs().maxCoeff(),
+                2e-5 * (1 + numeric.cwiseAbs().maxCoeff()))
+          << "draw " << draw << " direction " << k;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 80);
 }
 
 TEST(FoldAt, FlatHasNoSlopes) {
@@ -105,21 +143,15 @@ TEST(MoveNodes, VelocitiesAgreeWithCentralDifferencesOfAllDistances) {
     const TentacleDesign design = RandomDesign(random);
     const TentacleLayout layout = LayOut(design).value();
     Place at;
-    const NodeMotion motion =
-        MoveNodes(layout, FoldAt(design, layout, {at.pull, at.log_ratio, at.exponent}).value());
-    for (int k = 0; k < 3; ++k) {
+    const NodeMotion motion = MoveNodes(layout, ExactFoldAt(design, layout, at));
+    for (int k = 0; k < kFoldDirections; ++k) {
       const double step = 1e-6;
       Place low = at, high = at;
       low[k] -= step;
       high[k] += step;
-      const Eigen::VectorXd numeric =
-          (Distances(
-               MoveNodes(layout, FoldAt(design, layout, {high.pull, high.log_ratio, high.exponent}).value())
-                   .nodes) -
-           Distances(
-               MoveNodes(layout, FoldAt(design, layout, {low.pull, low.log_ratio, low.exponent}).value())
-                   .nodes)) /
-          (2 * step);
+      const Eigen::VectorXd numeric = (Distances(MoveNodes(layout, ExactFoldAt(design, layout, high)).nodes) -
+                                       Distances(MoveNodes(layout, ExactFoldAt(design, layout, low)).nodes)) /
+                                      (2 * step);
       const Eigen::Matrix3Xd& v = motion.velocity[static_cast<std::size_t>(k)];
       Eigen::Index row = 0;
       for (Eigen::Index i = 0; i < v.cols(); ++i) {
@@ -163,14 +195,12 @@ TEST(ResidualOf, CostGradientAgreesWithCentralDifferences) {
       const TentacleDesign design = RandomDesign(random);
       const TentacleLayout layout = LayOut(design).value();
       Place at;
-      const auto model = [&](Place p) {
-        return MoveNodes(layout, FoldAt(design, layout, {p.pull, p.log_ratio, p.exponent}).value());
-      };
+      const auto model = [&](const Place& p) { return MoveNodes(layout, ExactFoldAt(design, layout, p)); };
       const SeenNodes seen = Noisy(model(Place{0.23, 0, 1}).nodes, random);
       const ShapeResidual residual = ResidualOf(model(at), seen, options);
       ASSERT_EQ(residual.value.size(), ResidualRows(seen, design.holes, options));
       ASSERT_GT(residual.value.size(), 0);
-      for (int k = 0; k < 3; ++k) {
+      for (int k = 0; k < kFoldDirections; ++k) {
         const double step = 1e-5;
         Place low = at, high = at;
         low[k] -= step;
