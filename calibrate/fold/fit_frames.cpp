@@ -167,6 +167,10 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
   return prepared;
 }
 
+double NuisanceOf(const FitFrame& frame, const std::vector<double>& nuisances) {
+  return frame.nuisance < 0 ? 0 : nuisances[static_cast<std::size_t>(frame.nuisance)];
+}
+
 std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& parameters, double nuisance) {
   double pull = nuisance;
   if (frame.source == PullSource::kSettled) pull = parameters[0] * frame.commanded_pull;
@@ -201,7 +205,6 @@ std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVe
   FrameResidual residual;
   residual.group = shape.group;
   residual.value = std::move(shape.value);
-  residual.sigma = std::move(shape.sigma);
   residual.slope = shape.slope;
   residual.nuisance_slope.setZero(residual.value.size());
   const Eigen::VectorXd by_pull = shape.slope.col(kEffectivePull);

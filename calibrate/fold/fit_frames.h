@@ -56,10 +56,12 @@ using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
 struct FrameResidual {
   int group = 1;
   Eigen::VectorXd value;  // in sigmas                                  (rows)
-  Eigen::VectorXd sigma;  // m                                          (rows)
   Eigen::Matrix<double, Eigen::Dynamic, kShared> slope;
   Eigen::VectorXd nuisance_slope;  // zero where the frame has none              (rows)
 };
+
+// A frame's lag or free pull; 0 where it has none.
+double NuisanceOf(const FitFrame& frame, const std::vector<double>& nuisances);
 
 // The tentacle's pull in a frame. None: negative, or beyond reach.
 std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& parameters, double nuisance);

@@ -87,8 +87,8 @@ Information InformationAt(const FitFrames& frames, const SharedVector& parameter
   double rows = 0;
   double nodes = 0;
   for (const FitFrame& frame : frames.frames) {
-    const double nuisance = frame.nuisance < 0 ? 0 : nuisances[static_cast<std::size_t>(frame.nuisance)];
-    const std::optional<FrameResidual> residual = EvaluateFrame(frame, parameters, nuisance, options);
+    const std::optional<FrameResidual> residual =
+        EvaluateFrame(frame, parameters, NuisanceOf(frame, nuisances), options);
     if (!residual) continue;
     Block alone;
     Block& block = frame.nuisance < 0 ? alone : shared[static_cast<std::size_t>(frame.nuisance)];

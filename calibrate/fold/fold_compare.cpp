@@ -6,10 +6,13 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "calibrate/fold/held_out.h"
+#include "calibrate/fold/pull_hint.h"
+#include "model/check.h"
 #include "model/median.h"
 
 namespace tendril {
@@ -37,11 +40,17 @@ TrialLoss LossOf(const TrialMisfit& misfit, const std::set<std::size_t>& common,
   return loss;
 }
 
-// The curves that a fit used.
+// The curves that a fit used and, where trials were held out, that its parameters without them reach too.
 std::set<std::size_t> CurvesOf(const Misfits& misfits) {
-  std::set<std::size_t> all;
-  for (const TrialMisfit& trial : misfits.fitted)
-    all.insert(trial.observation.begin(), trial.observation.end());
+  const auto in = [](const std::vector<TrialMisfit>& trials) {
+    std::set<std::size_t> all;
+    for (const TrialMisfit& trial : trials) all.insert(trial.observation.begin(), trial.observation.end());
+    return all;
+  };
+  std::set<std::size_t> all = in(misfits.fitted);
+  if (misfits.held_out.empty()) return all;
+  const std::set<std::size_t> held_out = in(misfits.held_out);
+  std::erase_if(all, [&](std::size_t curve) { return !held_out.contains(curve); });
   return all;
 }
 
@@ -58,10 +67,11 @@ double SmallestScale(const std::vector<Contender>& contenders) {
   return smallest;
 }
 
-// How many rows count as one: the sandwich's variance over that of independent rows, over the free
-// parameters.
+// How much loss counts as one: the sandwich's variance over that of independent rows of sigma 1, mean over
+// the free parameters. With one trial: of rows that err alone, at their own variance.
 double InflationOf(const FitRun& run) {
-  if (!run.fit.clustered) return run.information.repeats;
+  constexpr double kLeast = 1e-12;  // shapes that are exactly the model's
+  if (!run.fit.clustered) return std::max(run.information.repeats * run.information.row_variance, kLeast);
   const SharedMatrix clustered = ClusteredCovariance(run.information, run.held, run.at_bound);
   SharedMatrix alone = NaiveCovariance(run.information, 1, run.held) / run.information.repeats;
   double sum = 0;
@@ -71,7 +81,7 @@ double InflationOf(const FitRun& run) {
     sum += clustered(i, i) / alone(i, i);
     ++count;
   }
-  return count > 0 ? std::max(sum / count, 1e-12) : 1;
+  return count > 0 ? std::max(sum / count, kLeast) : 1;
 }
 
 std::string Percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
@@ -83,6 +93,7 @@ struct Paired {
 };
 
 Paired Difference(const std::vector<double>& a, const std::vector<double>& b) {
+  TENDRIL_CHECK(a.size() == b.size());
   Paired paired;
   const double n = static_cast<double>(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) paired.mean += (a[i] - b[i]) / n;
@@ -119,13 +130,18 @@ void StartFrom(const FoldFit& plainer, FoldFitOptions& options) {
   }
 }
 
-// The loss per row of each trial, held out (with one trial: fitted).
+// The loss per row of each trial, held out (with one trial: fitted), by the trials' names: models that leave
+// out different curves number their trials differently.
 std::vector<double> LossByTrial(const Contender& one, const std::set<std::size_t>& common, double huber) {
-  std::vector<double> losses;
-  for (const TrialMisfit& trial : one.misfits.held_out.empty() ? one.misfits.fitted : one.misfits.held_out) {
-    const TrialLoss loss = LossOf(trial, common, huber);
-    if (loss.rows > 0) losses.push_back(loss.sum / loss.rows);
+  const std::vector<TrialMisfit>& trials =
+      one.misfits.held_out.empty() ? one.misfits.fitted : one.misfits.held_out;
+  std::map<std::string, double> by_name;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    const TrialLoss loss = LossOf(trials[i], common, huber);
+    if (loss.rows > 0) by_name[one.run.frames.trials[i]] = loss.sum / loss.rows;
   }
+  std::vector<double> losses;
+  for (const auto& [name, loss] : by_name) losses.push_back(loss);
   return losses;
 }
 
@@ -156,7 +172,7 @@ std::string WhyHopeless(const std::vector<Contender>& contenders, const FoldMode
     std::vector<double>& least = one.run.fit.model.law == model.law ? own : other;
     if (mean(loss) < mean(least)) least = loss;
   }
-  if (own.empty() || other.empty() || own.size() != other.size()) return {};
+  if (own.size() < 2 || own.size() != other.size()) return {};  // one trial: nothing was held out
   const Paired apart = Difference(own, other);
   if (apart.mean < options.hopeless * mean(other) || apart.mean < 2 * options.clear * apart.error) return {};
   return fmt::format(
@@ -180,7 +196,9 @@ void Judge(const FoldComparisonOptions& options, double largest_pull, FoldCompar
   // The other law at its best.
   const ComparedModel* other = nullptr;
   for (const ComparedModel& one : models) {
-    if (!one.fit || one.model.law == chosen.model.law || !std::isfinite(one.held_out)) continue;
+    if (!one.fit || one.model.law == chosen.model.law ||
+        one.held_out_by_trial.size() != chosen.held_out_by_trial.size())
+      continue;
     if (other == nullptr || one.held_out < other->held_out) other = &one;
   }
   if (other != nullptr) {
@@ -193,7 +211,8 @@ void Judge(const FoldComparisonOptions& options, double largest_pull, FoldCompar
       verdict.push_back(fmt::format(
           "the two laws cannot be told apart by these pulls (up to {:.3g}): {} against {} differ by {:.1f} "
           "standard errors; larger pulls or more trials would",
-          largest_pull, NameOf(other->model), NameOf(chosen.model), std::abs(apart.mean) / apart.error));
+          largest_pull, NameOf(other->model), NameOf(chosen.model),
+          std::abs(apart.mean) / std::max(apart.error, 1e-300)));
     }
   }
   for (const bool friction : {false, true}) {
@@ -201,7 +220,7 @@ void Judge(const FoldComparisonOptions& options, double largest_pull, FoldCompar
     (friction ? twin.friction : twin.rest_angle) ^= true;
     const auto found = std::find_if(models.begin(), models.end(),
                                     [&](const ComparedModel& m) { return m.model == twin && m.fit; });
-    if (found == models.end()) continue;
+    if (found == models.end() || found->held_out_by_trial.size() != chosen.held_out_by_trial.size()) continue;
     const bool has = friction ? chosen.model.friction : chosen.model.rest_angle;
     const char* const what = NameForPeople(friction);
     const Paired apart = Difference(has ? found->held_out_by_trial : chosen.held_out_by_trial,
@@ -268,17 +287,17 @@ Result<FoldComparison> CompareFoldModels(std::span<const FoldObservation> observ
   double sigma2 = 0;
   double sigmas = 0;
   double largest_pull = 0;
-  for (const FitFrame& frame : contenders.front().run.frames.frames) {
-    const std::optional<FrameResidual> at = EvaluateFrame(
-        frame, contenders.front().run.solution.parameters,
-        frame.nuisance < 0
-            ? 0
-            : contenders.front().run.solution.nuisances[static_cast<std::size_t>(frame.nuisance)],
-        options.fit.residual);
+  const FitRun& first = contenders.front().run;
+  for (const FitFrame& frame : first.frames.frames) {
     largest_pull = std::max(largest_pull, frame.commanded_pull);
-    if (!at) continue;
-    sigma2 += at->sigma.squaredNorm();
-    sigmas += static_cast<double>(at->sigma.size());
+    const std::optional<FoldTangent> fold =
+        FoldOf(frame, first.solution.parameters, NuisanceOf(frame, first.solution.nuisances));
+    if (!fold) continue;
+    const Eigen::VectorXd sigma =
+        ResidualOf(MoveNodes(*frame.layout, *fold), frame.seen, options.fit.residual, first.fit.scatter)
+            .sigma;
+    sigma2 += sigma.squaredNorm();
+    sigmas += static_cast<double>(sigma.size());
   }
   const double row_sigma = std::sqrt(sigma2 / std::max(sigmas, 1.0));
 
@@ -296,8 +315,8 @@ Result<FoldComparison> CompareFoldModels(std::span<const FoldObservation> observ
       const TrialLoss loss = LossOf(trial, common, huber);
       held_out.sum += loss.sum;
       held_out.rows += loss.rows;
-      if (loss.rows > 0) model.held_out_by_trial.push_back(loss.sum / loss.rows);
     }
+    if (!one.misfits.held_out.empty()) model.held_out_by_trial = LossByTrial(one, common, huber);
     if (held_out.rows > 0) model.held_out = row_sigma * std::sqrt(held_out.sum / held_out.rows);
     aic[one.index] = fitted.sum / comparison.inflation + 2 * model.model.parameters();
     comparison.rows = static_cast<long>(fitted.rows);
@@ -333,6 +352,10 @@ Result<FoldComparison> CompareFoldModels(std::span<const FoldObservation> observ
         model.model.parameters() < chosen.model.parameters() ||
         (model.model.parameters() == chosen.model.parameters() && model.held_out < chosen.held_out);
     if (fewer && apart.mean <= options.clear * apart.error) comparison.chosen = static_cast<int>(one.index);
+  }
+  for (const Contender& one : contenders) {
+    if (static_cast<int>(one.index) != comparison.chosen) continue;
+    comparison.models[one.index].fit->hint = HintOf(one.run, options.fit);
   }
   Judge(options, largest_pull, comparison);
   comparison.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();

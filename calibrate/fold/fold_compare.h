@@ -13,17 +13,18 @@ namespace tendril {
 
 struct ComparedModel {
   FoldModel model;
-  std::optional<FoldFit> fit;  // none: `why_not`
+  std::optional<FoldFit> fit;  // none: `why_not`; the chosen one's has its hint
   std::string why_not;
   // Of hole distances of trials that the parameters were not fitted to, leave-one-trial-out: root mean square
   // under Huber's loss, m. NaN with one trial.
   double held_out = kUnknownError;
-  std::vector<double> held_out_by_trial;  // mean loss per row, sigmas^2                     (trials)
+  std::vector<double> held_out_by_trial;  // mean loss per row, sigmas^2; by the trials' names (trials)
   // Mean of the trials' differences of loss from the best model's, and its standard error, as shares of the
   // best model's loss. 0 and 0 for the best.
   double behind = kUnknownError;
   double behind_error = kUnknownError;
-  // Of the fitted shapes: (2 loss / inflation + 2 parameters) less the least of all models'.
+  // Of the fitted shapes: (loss / inflation + 2 parameters) less the least of all models'; the loss is the
+  // sum of HuberLoss over the rows, sigmas^2.
   double aic_difference = kUnknownError;
 
   static constexpr double kUnknownError = std::numeric_limits<double>::quiet_NaN();
@@ -34,7 +35,8 @@ struct FoldComparison {
   int best = -1;                      // least held-out error (with one trial: least AIC); -1: none was fitted
   int chosen = -1;                    // the fewest parameters not clearly behind the best
   std::vector<std::string> verdict;   // plain sentences
-  double inflation = 1;               // rows of one trial err together: so many count as one independent row
+  // Rows of one trial err together: so much loss counts as that of one independent row of sigma 1.
+  double inflation = 1;
   int trials = 0;
   long rows = 0;
   double seconds = 0;

@@ -34,9 +34,8 @@ Misfit MisfitAt(const FitFrames& frames, const Solution& solution, const ShapeRe
   std::vector<double> lengths;
   int group = 1;
   for (const FitFrame& frame : frames.frames) {
-    const double nuisance =
-        frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
-    const std::optional<FrameResidual> at = EvaluateFrame(frame, solution.parameters, nuisance, options);
+    const std::optional<FrameResidual> at =
+        EvaluateFrame(frame, solution.parameters, NuisanceOf(frame, solution.nuisances), options);
     if (!at) {
       misfit.frame_rms.push_back(0);
       continue;
@@ -139,9 +138,8 @@ double ResidualRms(const FitFrames& frames, const Solution& solution) {
   double squares = 0;
   double nodes = 0;
   for (const FitFrame& frame : frames.frames) {
-    const double nuisance =
-        frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
-    const std::optional<FoldTangent> fold = FoldOf(frame, solution.parameters, nuisance);
+    const std::optional<FoldTangent> fold =
+        FoldOf(frame, solution.parameters, NuisanceOf(frame, solution.nuisances));
     if (!fold) continue;
     const double rms = AlignedRms(MoveNodes(*frame.layout, *fold).nodes, frame.seen);
     const double count = static_cast<double>(frame.seen.index.size());
@@ -299,9 +297,7 @@ Result<FitRun> RunFit(std::span<const FoldObservation> observations, const FoldF
   const double quantile = fit.clustered
                               ? StudentTQuantile(0.5 + options.confidence / 2, fit.degrees_of_freedom)
                               : StudentTQuantile(0.5 + options.confidence / 2, 1e6);
-  std::vector<int> shown = {0, kLogRatio, kExponent};
-  if (options.model.rest_angle) shown.push_back(kRestAngle);
-  if (options.model.friction) shown.push_back(kFriction);
+  const std::vector<int> shown = FreeParametersOf(options.model);
   for (const int i : shown) {
     const std::size_t at = static_cast<std::size_t>(i);
     FittedParameter& parameter = fit.parameters.emplace_back();

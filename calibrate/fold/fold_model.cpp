@@ -36,4 +36,11 @@ const std::array<const char*, kFoldParameters>& FoldParameterNames() {
   return kNames;
 }
 
+std::vector<int> FreeParametersOf(const FoldModel& model) {
+  std::vector<int> free = {0, 1, 2};
+  if (model.rest_angle) free.push_back(3);
+  if (model.friction) free.push_back(4);
+  return free;
+}
+
 }  // namespace tendril

@@ -36,4 +36,7 @@ std::vector<FoldModel> ComparableFoldModels();
 // In the order of the fit: pull_scale, stiffness_ratio, stiffness_exponent, rest_angle_deg, friction.
 const std::array<const char*, kFoldParameters>& FoldParameterNames();
 
+// Indices into those names, of what is free.
+std::vector<int> FreeParametersOf(const FoldModel& model);
+
 }  // namespace tendril

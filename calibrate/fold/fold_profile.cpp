@@ -4,22 +4,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calibrate/fold/fit_run.h"
 #include "calibrate/fold/held_out.h"
 #include "calibrate/student_t.h"
+#include "model/check.h"
 
 namespace tendril {
 namespace {
 
+// Infinite where a frame's pull cannot be.
 double LossAt(const FitRun& run, const Solution& solution, const FoldFitOptions& options) {
   double loss = 0;
   for (const FitFrame& frame : run.frames.frames) {
-    const double nuisance =
-        frame.nuisance < 0 ? 0 : solution.nuisances[static_cast<std::size_t>(frame.nuisance)];
     const std::optional<FrameResidual> at =
-        EvaluateFrame(frame, solution.parameters, nuisance, options.residual);
-    if (!at) continue;
+        EvaluateFrame(frame, solution.parameters, NuisanceOf(frame, solution.nuisances), options.residual);
+    if (!at) return std::numeric_limits<double>::infinity();
     for (Eigen::Index row = 0; row < at->value.size(); row += at->group) {
       loss += HuberLoss(at->value.segment(row, at->group).norm(), run.huber);
     }
@@ -42,6 +43,14 @@ Result<FoldProfile> ProfileFold(std::span<const FoldObservation> observations, c
                                 const std::string& name, const Progress& progress) {
   const auto& names = FoldParameterNames();
   const int parameter = static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+  const std::vector<int> free = FreeParametersOf(options.model);
+  if (std::find(free.begin(), free.end(), parameter) == free.end()) {
+    std::string known;
+    for (const int p : free)
+      known += (known.empty() ? "" : ", ") + std::string(names[static_cast<std::size_t>(p)]);
+    return Error{ErrorKind::kBadInput, fmt::format("profile of {}: model {} has no such parameter; it has {}",
+                                                   name, NameOf(options.model), known)};
+  }
   const auto part = [&](double from, double to) {
     return Progress(
         [&progress, from, to](double done) { return !progress || progress(from + (to - from) * done); });
@@ -54,12 +63,7 @@ Result<FoldProfile> ProfileFold(std::span<const FoldObservation> observations, c
   profile.fit = run.fit;
   const auto found = std::find_if(run.fit.parameters.begin(), run.fit.parameters.end(),
                                   [&](const FittedParameter& p) { return p.name == name; });
-  if (found == run.fit.parameters.end()) {
-    std::string known;
-    for (const FittedParameter& p : run.fit.parameters) known += (known.empty() ? "" : ", ") + p.name;
-    return Error{ErrorKind::kBadInput, fmt::format("profile of {}: model {} has no such parameter; it has {}",
-                                                   name, NameOf(options.model), known)};
-  }
+  TENDRIL_CHECK(found != run.fit.parameters.end());
   const std::size_t at = static_cast<std::size_t>(parameter);
   if (run.held[at] || !std::isfinite(found->standard_error)) {
     return Error{ErrorKind::kBadInput, fmt::format("profile of {}: not identified: {}", name, found->why)};
@@ -92,6 +96,7 @@ Result<FoldProfile> ProfileFold(std::span<const FoldObservation> observations, c
       if (at_end) value = 0;
       if (at_end && estimate <= 1e-7) break;
       solution.parameters[parameter] = value;
+      if (!std::isfinite(LossAt(run, solution, options))) break;  // beyond the reach of some frame
       FoldFitOptions few = options;
       few.iterations = 30;
       const Progress go = part(0.3 + 0.7 * done, std::min(1.0, 0.3 + 0.7 * (done + 0.05)));

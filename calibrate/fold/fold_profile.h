@@ -17,7 +17,8 @@ struct FoldProfile {
   std::vector<double> value;     // ascending, of the parameter as FittedParameter shows it
   std::vector<double> deviance;  // rise of the cost in squared standard errors: 0 at the estimate
   double threshold = 0;          // deviance at the ends of the interval: Student's t, squared
-  // NaN: the profile does not reach the threshold on that side.
+  // NaN: the profile does not reach the threshold on that side, or a frame's pull would be out of reach
+  // first.
   FittedParameter::Interval interval;
   bool from_bound = false;  // the interval begins at the parameter's least value, 0
 };
@@ -25,7 +26,8 @@ struct FoldProfile {
 // The cost's rise is divided by what the clustering adds to this parameter's variance, so that near the
 // estimate the deviance is (value - estimate)^2 / SE^2.
 //   name    of FoldParameterNames(), and one of the model's
-//   errors  kBadInput: not the model's parameter, or one that the data do not identify; as FitFold
+//   errors  kBadInput: not the model's parameter, or one that the data do not identify;
+//           as FitFold
 Result<FoldProfile> ProfileFold(std::span<const FoldObservation> observations, const FoldFitOptions& options,
                                 const std::string& name, const Progress& progress = {});
 

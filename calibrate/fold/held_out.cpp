@@ -7,10 +7,6 @@
 namespace tendril {
 namespace {
 
-double NuisanceOf(const FitFrame& frame, const std::vector<double>& nuisances) {
-  return frame.nuisance < 0 ? 0 : nuisances[static_cast<std::size_t>(frame.nuisance)];
-}
-
 TrialMisfit MisfitOf(const FitRun& run, std::size_t trial, const SharedVector& parameters,
                      const std::vector<double>& nuisances, const FoldFitOptions& options) {
   TrialMisfit misfit;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -36,7 +37,8 @@ struct Truth {
 
 // Held at three pulls each; scatter is the trial's own stiffness.
 std::vector<FoldObservation> Trials(int count, const Truth& truth, double scatter, double noise,
-                                    std::uint64_t seed = 1) {
+                                    std::uint64_t seed = 1,
+                                    const std::vector<double>& pulls = {0.0, 0.1, 0.2, 0.3}) {
   std::vector<FoldObservation> observations;
   for (int trial = 0; trial < count; ++trial) {
     test::Random random(seed + static_cast<std::uint64_t>(trial));
@@ -49,7 +51,7 @@ std::vector<FoldObservation> Trials(int count, const Truth& truth, double scatte
     for (Eigen::Index i = 0; i < layout.stiffness.size(); ++i) {
       layout.stiffness[i] *= std::exp(test::Normal(random, scatter));
     }
-    for (const double pull : {0.0, 0.1, 0.2, 0.3}) {
+    for (const double pull : pulls) {
       const Eigen::VectorXd angle = SolveRisingFold(truth.law, design, layout, 0.95 * pull).value().angle;
       FoldObservation o;
       o.trial = "trial-" + std::to_string(trial);
@@ -143,6 +145,64 @@ TEST(CompareFoldModels, FindsTheTrueModelAndSaysSo) {
   }
 }
 
+TEST(CompareFoldModels, WithOneTrialAicDoesNotDependOnTheUnitOfSigma) {
+  FoldComparisonOptions options;
+  options.models = {{FoldLaw::kPaper, false, false}, {FoldLaw::kExact, true, false}};
+  std::vector<double> behind;
+  for (const double factor : {2.0, 4.0}) {  // narrower ones do not identify the scatters, which is a choice
+    auto observations = Trials(1, {}, 0.03, 2e-4);
+    for (FoldObservation& o : observations) o.sigma *= factor;
+    options.fit.residual.model_error = factor * 0.3e-3;
+    const auto compared = CompareFoldModels(observations, options);
+    ASSERT_TRUE(compared.ok()) << compared.error().message;
+    EXPECT_EQ(compared.value().trials, 1);
+    double most = 0;
+    for (const ComparedModel& m : compared.value().models) most = std::max(most, m.aic_difference);
+    behind.push_back(most);
+  }
+  EXPECT_GT(behind[0], 2);
+  EXPECT_NEAR(behind[1], behind[0], 0.02 * behind[0]);
+}
+
+TEST(CompareFoldModels, WithOneTrialNothingIsSaidOfHeldOutOnes) {
+  FoldComparisonOptions options;
+  options.models = {
+      {FoldLaw::kPaper, false, false}, {FoldLaw::kExact, true, false}, {FoldLaw::kPaper, false, true}};
+  const auto compared = CompareFoldModels(Trials(1, {FoldLaw::kExact, 12 * kDegree, 0}, 0, 2e-4), options);
+  ASSERT_TRUE(compared.ok()) << compared.error().message;
+  EXPECT_TRUE(compared.value().models[2].fit.has_value()) << compared.value().models[2].why_not;
+  for (const std::string& line : compared.value().verdict) EXPECT_EQ(line.find("on held-out"), line.npos);
+  const auto& chosen = compared.value().models[static_cast<std::size_t>(compared.value().chosen)];
+  EXPECT_TRUE(chosen.fit->hint.has_value());
+}
+
+// The last trial hangs on one curve, near the reach of one law: what the others say of the pull may put it
+// out.
+TEST(CompareFoldModels, ACurveThatOneModelCannotReachWhenHeldOutCountsForNone) {
+  const TentacleLayout layout = LayOut(Short()).value();
+  const double paper = LargestPullOf(FoldLaw::kPaper, layout, Short().closed_angle);
+  const double exact = LargestPullOf(FoldLaw::kExact, layout, Short().closed_angle);
+  FoldComparisonOptions options;
+  options.fit.start_pull_scale = 0.95;
+  options.models = {{FoldLaw::kPaper, false, false}, {FoldLaw::kExact, true, false}};
+  int out_of_reach = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    auto observations = Trials(4, {}, 0.1, 2e-3, 10 * seed);
+    for (FoldObservation o :
+         Trials(1, {}, 0.1, 2e-3, 10 * seed + 9, {0.998 * std::min(paper, exact) / 0.95})) {
+      o.trial = "near";
+      observations.push_back(std::move(o));
+    }
+    const auto compared = CompareFoldModels(observations, options);
+    ASSERT_TRUE(compared.ok()) << compared.error().message;
+    const auto& models = compared.value().models;
+    ASSERT_TRUE(models[0].fit && models[1].fit) << models[0].why_not << models[1].why_not;
+    EXPECT_EQ(models[0].held_out_by_trial.size(), models[1].held_out_by_trial.size());
+    out_of_reach += models[0].held_out_by_trial.size() == 4 ? 1 : 0;
+  }
+  EXPECT_GT(out_of_reach, 0);
+}
+
 // The other route: the fit made again without each trial.
 TEST(HeldOut, FirstOrderParametersAgreeWithRefits) {
   const auto all = Trials(6, {}, 0.03, 2e-4);
@@ -180,6 +240,21 @@ TEST(ProfileFold, FrictionThatIsNotThereHasAnIntervalFromZero) {
   EXPECT_THAT(none.error().message, HasSubstr("has no such parameter"));
 }
 
+TEST(ProfileFold, EndsWhereAFrameWouldBeOutOfReach) {
+  const TentacleLayout layout = LayOut(Short()).value();
+  const double reach = LargestPullOf(FoldLaw::kPaper, layout, Short().closed_angle);
+  FoldFitOptions options;
+  options.start_pull_scale = 0.95;
+  const auto profile =
+      ProfileFold(Trials(3, {}, 0.1, 2e-3, 1, {0.0, 0.1, 0.2, 0.985 * reach / 0.95}), options, "pull_scale");
+  ASSERT_TRUE(profile.ok()) << profile.error().message;
+  const FoldProfile& p = profile.value();
+  EXPECT_LT(p.value.back(), 0.95 / 0.985);
+  const auto estimate = std::find(p.deviance.begin(), p.deviance.end(), 0.0);
+  ASSERT_NE(estimate, p.deviance.end());
+  EXPECT_TRUE(std::is_sorted(estimate, p.deviance.end()));
+}
+
 TEST(PullHint, OneMoreTrialThereSharpensAsForetold) {
   const auto fit = FitFold(Trials(6, {}, 0.03, 2e-4));
   ASSERT_TRUE(fit.ok());
@@ -192,6 +267,24 @@ TEST(PullHint, OneMoreTrialThereSharpensAsForetold) {
   }
   // The fold tells more the more it is pulled.
   EXPECT_LT(hint.error_ratio[5], hint.error_ratio[0]);
+
+  // The other route: that trial made, and the fit made again. The hint is of rows as they are, not of their
+  // scatter, which the new trial changes too.
+  const auto more = Trials(1, {}, 0.03, 2e-4, 7, {hint.best_pull, hint.best_pull, hint.best_pull});
+  auto with = Trials(6, {}, 0.03, 2e-4);
+  for (FoldObservation o : more) {
+    o.trial = "one more";
+    with.push_back(std::move(o));
+  }
+  const FitRun before = RunFit(Trials(6, {}, 0.03, 2e-4), {}, {}).value();
+  const FitRun after = RunFit(with, {}, {}).value();
+  const auto& names = FoldParameterNames();
+  const auto at = std::find(names.begin(), names.end(), hint.parameter) - names.begin();
+  const auto error = [&](const FitRun& run) {
+    return std::sqrt(NaiveCovariance(run.information, 1, run.held)(at, at));
+  };
+  const double foretold = *std::min_element(hint.error_ratio.begin(), hint.error_ratio.end());
+  EXPECT_NEAR(1 - error(after) / error(before), 1 - foretold, 0.2 * (1 - foretold));
 }
 
 }  // namespace
