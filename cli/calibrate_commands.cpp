@@ -213,6 +213,7 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   std::vector<FoldObservation> observations;
   Provenance provenance{.program_version = ProgramVersion()};
   FitRow row;
+  std::optional<TentacleDesign> own;  // as the trials state it: odd tentacles may have its mirror image
   for (const Chosen& trial : trials) {
     Result<FoldData> data = LoadFoldData(lab.TrialFolder(trial.id));
     if (!data.ok()) return data.error();
@@ -220,27 +221,39 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
     for (FoldObservation& o : data.value().observations) observations.push_back(std::move(o));
     for (auto& input : data.value().input_sha256) provenance.input_sha256.push_back(std::move(input));
     row.trial_ids.push_back(trial.id);
+    if (!own) own = data.value().trial.design;
   }
   FoldFitOptions options;
   options.longest_lag = call.lag;
   options.confidence = call.confidence;
   options.model = *FoldModelOf(call.model);
   const std::optional<TrueFold> truth = TruthOf(lab, trials);
+  std::optional<FoldFit> fit;
   if (call.compare) {
-    const Result<FoldModel> chosen = CompareModels(observations, options, design, truth, out);
+    Result<FoldFit> chosen = CompareModels(observations, options, design, truth, out);
     if (!chosen.ok()) return chosen.error();
-    options.model = chosen.value();
+    fit = std::move(chosen).value();
+    options.model = fit->model;
   }
   if (!call.profile.empty()) {
-    if (const Status s = ShowProfile(observations, options, call.profile, design, out); !s.ok()) return s;
+    const Status s = ShowProfile(observations, options, call.profile, design, out);
+    // Who asks for a profile and lets the data choose the model cannot know what that has.
+    const bool not_in_choice = !s.ok() && call.compare && s.error().kind == ErrorKind::kBadInput;
+    if (not_in_choice) {
+      out.Warn(s.error().message);
+    } else if (!s.ok()) {
+      return s;
+    }
   }
-  const Result<FoldFit> fit = FitFold(observations, options, out.ShowProgress("fit " + design));
-  if (!fit.ok()) return Error(fit.error()).Within("design " + design);
+  if (!fit) {
+    Result<FoldFit> asked = FitFold(observations, options, out.ShowProgress("fit " + design));
+    if (!asked.ok()) return Error(asked.error()).Within("design " + design);
+    fit = std::move(asked).value();
+  }
 
-  Show(out, design, fit.value(), truth, call.confidence);
+  Show(out, design, *fit, truth, call.confidence);
   if (!call.out.empty()) {
-    if (const Status s = WriteFittedDesign(call.out, observations.front().design, fit.value(), design,
-                                           row.trial_ids, call.confidence);
+    if (const Status s = WriteFittedDesign(call.out, *own, *fit, design, row.trial_ids, call.confidence);
         !s.ok()) {
       return s;
     }
@@ -249,14 +262,14 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   }
   if (call.dry_run) return Ok{};
   row.scope = fmt::format("design {}", design);
-  row.model = fit.value().model == FoldModel{} ? "fold" : "fold:" + NameOf(fit.value().model);
-  row.residual_rms_m = fit.value().residual_rms;
-  for (std::size_t i = 0; i < fit.value().parameters.size(); ++i) {
-    const FittedParameter& p = fit.value().parameters[i];
+  row.model = fit->model == FoldModel{} ? "fold" : "fold:" + NameOf(fit->model);
+  row.residual_rms_m = fit->residual_rms;
+  for (std::size_t i = 0; i < fit->parameters.size(); ++i) {
+    const FittedParameter& p = fit->parameters[i];
     row.parameters.push_back({p.name, p.value, p.standard_error, p.identified, TrueValue(truth, p.name)});
   }
   provenance.parameters_json = nlohmann::json{
-      {"model", NameOf(fit.value().model)},
+      {"model", NameOf(fit->model)},
       {"chosen_by_comparison", call.compare},
       {"lag_s", call.lag},
       {"confidence", call.confidence},

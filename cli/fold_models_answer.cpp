@@ -44,9 +44,8 @@ nlohmann::ordered_json JsonOf(const ComparedModel& one) {
 
 }  // namespace
 
-Result<FoldModel> CompareModels(std::span<const FoldObservation> observations, const FoldFitOptions& options,
-                                const std::string& design, const std::optional<TrueFold>& truth,
-                                Output& out) {
+Result<FoldFit> CompareModels(std::span<const FoldObservation> observations, const FoldFitOptions& options,
+                              const std::string& design, const std::optional<TrueFold>& truth, Output& out) {
   FoldComparisonOptions with;
   with.fit = options;
   const Result<FoldComparison> compared =
@@ -77,8 +76,9 @@ Result<FoldModel> CompareModels(std::span<const FoldObservation> observations, c
   out.Print(
       "  held-out: hole distances of trials that the parameters were not fitted to, one trial left out at a "
       "time");
-  out.Print("  dAIC takes {:.1f} of the {} rows for one, as much as those of one trial err together",
-            c.inflation, c.rows);
+  out.Print(
+      "  dAIC takes a loss of {:.1f} in the {} rows for one, as much as those of one trial err together",
+      c.inflation, c.rows);
   for (const std::string& line : c.verdict) out.Print("  {}", line);
   nlohmann::ordered_json json = {{"design", design},
                                  {"trials", c.trials},
@@ -94,7 +94,7 @@ Result<FoldModel> CompareModels(std::span<const FoldObservation> observations, c
     out.Print("  true: {}", json["true"].get<std::string>());
   }
   out.fields()["comparisons"].push_back(std::move(json));
-  return c.models[static_cast<std::size_t>(c.chosen)].model;
+  return *c.models[static_cast<std::size_t>(c.chosen)].fit;
 }
 
 Status ShowProfile(std::span<const FoldObservation> observations, const FoldFitOptions& options,

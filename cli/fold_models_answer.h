@@ -12,10 +12,10 @@
 namespace tendril::cli {
 
 // Compares all models that are worth it, prints table and verdict; JSON: `comparisons`.
-//   returns  the model that the data ask for
+//   returns  the fit of the model that the data ask for, with its hint
 //   errors   as CompareFoldModels
-Result<FoldModel> CompareModels(std::span<const FoldObservation> observations, const FoldFitOptions& options,
-                                const std::string& design, const std::optional<TrueFold>& truth, Output& out);
+Result<FoldFit> CompareModels(std::span<const FoldObservation> observations, const FoldFitOptions& options,
+                              const std::string& design, const std::optional<TrueFold>& truth, Output& out);
 
 // Draws a parameter's profile as text; JSON: `profiles`.
 //   errors  as ProfileFold

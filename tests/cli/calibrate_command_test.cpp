@@ -30,7 +30,7 @@ class CalibrateFoldCommand : public testing::Test {
 
   // A trial whose tentacles follow their servos at once: ramp for 10 s, then 2 s of rest.
   void AddTrial(const std::string& label, const TentacleDesign& design, const std::string& design_name,
-                std::uint64_t seed) {
+                std::uint64_t seed, const std::vector<int>& tracked = {0, 1}) {
     auto lab = Lab::Open(folder_.path() / "lab");
     ASSERT_TRUE(lab.ok()) << lab.error().message;
     TrialSpec spec;
@@ -46,10 +46,10 @@ class CalibrateFoldCommand : public testing::Test {
     const auto command = [](double t) { return std::clamp(0.03 * t, 0.0, 0.3); };
 
     test::Random random(seed);
-    std::vector<CurveSeries> curves(2);
+    std::vector<CurveSeries> curves;
     std::vector<ServoRow> rows;
-    for (int i = 0; i < 2; ++i) {
-      CurveSeries& series = curves[static_cast<std::size_t>(i)];
+    for (const int i : tracked) {
+      CurveSeries& series = curves.emplace_back();
       series.name = "tentacle" + std::to_string(i);
       series.time = Eigen::VectorXd::LinSpaced(7, 0, 12);
       const auto shape = test::Draw(DesignOfTentacle(spec.gripper, design, i), {0.9, 1.3, 1.2}, {}, random);
@@ -161,6 +161,24 @@ TEST_F(CalibrateFoldCommand, ComparesModelsAndWritesTheDesignThatScenesFoldBy) {
   const auto none = Calibrate({"--kind", "virtual", "--profile", "friction"});
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_NE(none.err.find("has no such parameter"), std::string::npos) << none.err;
+  EXPECT_EQ(Rows("fit"), 1);
+}
+
+TEST_F(CalibrateFoldCommand, AProfileThatTheChosenModelHasNotIsAWarning) {
+  for (int i = 0; i < 3; ++i) AddTrial("t-" + std::to_string(i), Short(0.5), "tapered", 10 + i, {1});
+  const std::string fitted = folder_ / "fitted.toml";
+  const auto run =
+      Calibrate({"--kind", "virtual", "--json", "--compare", "--profile", "friction", "--out", fitted});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out);
+  ASSERT_EQ(answer["comparisons"][0]["chosen"], "paper");
+  EXPECT_NE(answer["warnings"].dump().find("has no such parameter"), std::string::npos);
+  EXPECT_EQ(Rows("fit"), 1);
+  // Only the mirrored tentacle was tracked; the design is the trials' own.
+  const auto design = ReadDesign(fitted);
+  ASSERT_TRUE(design.ok()) << design.error().message;
+  EXPECT_EQ(design.value().alpha, Short(0.5).alpha);
+  EXPECT_EQ(design.value().beta, Short(0.5).beta);
 }
 
 TEST_F(CalibrateFoldCommand, SaysWhatIsMissing) {
