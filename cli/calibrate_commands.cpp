@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibrate/fold/fold_data.h"
@@ -184,12 +185,14 @@ void Show(Output& out, const std::string& design, const FoldFit& fit, const std:
                                   {"hint", std::move(hint)}});
 }
 
+constexpr std::string_view kFittedDesign = "# Design ";  // how its file begins
+
 // The design with what was fitted in place of what was drawn, for scenes and sweeps.
 Status WriteFittedDesign(const std::string& file, TentacleDesign design, const FoldFit& fit,
                          const std::string& name, const std::vector<std::string>& trials, double confidence) {
-  std::string text =
-      fmt::format("# Design {} with the fold model {} as fitted by {} to {} trials (residual {:.3f} mm).\n",
-                  name, NameOf(fit.model), ProgramVersion(), fit.trials, 1e3 * fit.residual_rms);
+  std::string text = fmt::format(
+      "{}{} with the fold model {} as fitted by {} to {} trials (residual {:.3f} mm).\n", kFittedDesign, name,
+      NameOf(fit.model), ProgramVersion(), fit.trials, 1e3 * fit.residual_rms);
   design.law = fit.model.law;
   if (fit.model.law == FoldLaw::kPaper) design.rest_angle = design.tendon_friction = 0;
   for (const FittedParameter& p : fit.parameters) {
@@ -285,6 +288,16 @@ Status RunCalibrateFold(const CalibrateFoldCall& call, Output& out) {
   if (!lab.ok()) return lab.error();
   const auto by_design = ChooseTrials(lab.value(), call);
   if (!by_design.ok()) return by_design.error();
+  if (!call.out.empty() && std::filesystem::exists(call.out)) {
+    const Result<std::string> there = ReadText(call.out);
+    if (!there.ok()) return there.error();
+    if (!there.value().starts_with(kFittedDesign)) {
+      return Error{ErrorKind::kBadInput,
+                   call.out +
+                       ": not a file that calibrate fold wrote; expected one of these to "
+                       "replace, or none: name another with --out"};
+    }
+  }
   if (!call.out.empty() && by_design.value().size() > 1) {
     return Error{ErrorKind::kBadInput, fmt::format("--out {}: {} designs are fitted; name one with --design",
                                                    call.out, by_design.value().size())};
@@ -347,7 +360,7 @@ Command MakeCalibrateFoldCommand() {
                     std::vector<std::string>(FoldParameterNames().begin(), FoldParameterNames().end())));
             app.add_option("--out", call->out,
                            "write the design with the fitted values, which scenes fold by (TOML)");
-            app.add_flag("--dry-run", call->dry_run, "print the fit, store nothing");
+            app.add_flag("--dry-run", call->dry_run, "print the fit, store nothing in the lab");
           },
       .run = [call](Output& out) { return RunCalibrateFold(*call, out); },
   };

@@ -326,6 +326,10 @@ Result<FitRun> RunFit(std::span<const FoldObservation> observations, const FoldF
     fit.warnings.push_back(
         "one trial only: standard errors take every node as independent and are too small; record more "
         "trials");
+  } else if (fit.trials < 4) {
+    fit.warnings.push_back(fmt::format(
+        "{} trials only: their scatter, which standard errors rest on, is hardly known; record more trials",
+        fit.trials));
   }
   fit.covariance = ShownCovariance(covariance, shown, fit.parameters[1].value);
   fit.naive_covariance = ShownCovariance(naive, shown, fit.parameters[1].value);

@@ -213,6 +213,9 @@ TEST(FitFold, OneTrialSaysThatItsErrorsAreTooSmall) {
   EXPECT_EQ(fit.value().trials, 1);
   EXPECT_TRUE(fit.value().covariance.allFinite());
   EXPECT_THAT(fit.value().warnings, ::testing::Contains(HasSubstr("one trial only")));
+  const auto two = Fit(Trials(2, Short(), kTruth, {}, {}));
+  ASSERT_TRUE(two.ok()) << two.error().message;
+  EXPECT_THAT(two.value().warnings, ::testing::Contains(HasSubstr("2 trials only")));
 }
 
 TEST(FitFold, BadCallsSayWhatTheyNeed) {

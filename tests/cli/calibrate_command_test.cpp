@@ -181,6 +181,17 @@ TEST_F(CalibrateFoldCommand, AProfileThatTheChosenModelHasNotIsAWarning) {
   EXPECT_EQ(design.value().beta, Short(0.5).beta);
 }
 
+TEST_F(CalibrateFoldCommand, ADesignThatAPersonWroteIsNotReplaced) {
+  AddTrial("a", Short(0.5), "tapered", 1);
+  const std::string mine = folder_ / "mine.toml";
+  testing_support::WriteText(mine, "# my notes\n[tentacle]\n");
+  const auto run = Calibrate({"--trials", "a", "--out", mine});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("not a file that calibrate fold wrote"), std::string::npos) << run.err;
+  EXPECT_TRUE(testing_support::ReadText(mine).starts_with("# my notes"));
+  EXPECT_EQ(Rows("fit"), 0);
+}
+
 TEST_F(CalibrateFoldCommand, SaysWhatIsMissing) {
   auto run = Calibrate({});
   EXPECT_EQ(run.exit_code, 2);
