@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <numbers>
 #include <string>
 
 #include "model/fold/fold.h"
@@ -81,6 +82,10 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
   Share length;
   Share tip;
   double not_seen = 0;
+  double angle_error = 0;
+  double law_error = 0;
+  double angle_squares = 0;
+  int angles = 0;
   double chi_square = 0;
   double views = 0;
   double rejected = 0;
@@ -118,6 +123,13 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
             .Add(error.col(i), own, found.facets[static_cast<std::size_t>(i)].rotation);
       }
       const int last = static_cast<int>(error.cols()) - 1;
+      for (int i = 0; i < last; ++i) {  // creases with both facets seen: is the law's error in the answer?
+        if (found.interpolated[i] != 0 || found.interpolated[i + 1] != 0) continue;
+        angle_error += found.angle[i] - tentacle.fold_angle[i];
+        angle_squares += std::pow(found.angle[i] - tentacle.fold_angle[i], 2);
+        law_error += tentacle.model.expected_angle[i] - tentacle.fold_angle[i];
+        ++angles;
+      }
       ++frames;
       chi_square += found.chi_square;
       views += found.views_used;
@@ -151,10 +163,12 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
              length.text(), tip.text());
   fmt::print(
       "  seen: normal {}, across {}, along {}; bridged: normal {}, across {}, along {}; not seen {:.1f} %, "
-      "chi2 {:.2f}, left out {:.2f} a frame\n",
+      "chi2 {:.2f}, left out {:.2f} a frame; fold angles {:.2f} deg RMS, mean {:+.2f}, the law's {:+.2f}\n",
       seen.axis[0].text(), seen.axis[1].text(), seen.axis[2].text(), bridged.axis[0].text(),
       bridged.axis[1].text(), bridged.axis[2].text(), 100 * not_seen / nodes, chi_square / frames,
-      rejected / frames);
+      rejected / frames, 180 / std::numbers::pi * std::sqrt(angle_squares / std::max(angles, 1)),
+      180 / std::numbers::pi * angle_error / std::max(angles, 1),
+      180 / std::numbers::pi * law_error / std::max(angles, 1));
   std::fflush(stdout);
 }
 
@@ -172,10 +186,15 @@ int main(int argc, char** argv) {
       "base to tip | "
       "length | tip's height |\n|---|---|---|---|---|---|---|---|---|---|\n");
   const tendril::ChainOptions chain;
+  tendril::ChainOptions lawless;
+  lawless.fold_law = false;
   std::vector<tendril::Case> cases = {{"as drawn", {}, 0.2, chain},
                                       {"calibration 0 px", {}, 0, chain},
                                       {"calibration 0.4 px", {}, 0.4, chain},
                                       {"half of the tags", {.kept = 0.5}, 0.2, chain},
-                                      {"every second facet", {.every = 2}, 0.2, chain}};
+                                      {"every second facet", {.every = 2}, 0.2, chain},
+                                      {"as drawn, no fold law", {}, 0.2, lawless},
+                                      {"half of the tags, no fold law", {.kept = 0.5}, 0.2, lawless},
+                                      {"every second facet, no fold law", {.every = 2}, 0.2, lawless}};
   for (const tendril::Case& one : cases) tendril::Run(one, first, seeds, moments);
 }

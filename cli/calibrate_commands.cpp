@@ -255,6 +255,15 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   }
 
   Show(out, design, *fit, truth, call.confidence);
+  const Result<int> with_law = TrackedWithFoldLaw(lab, row.trial_ids);
+  if (!with_law.ok()) return with_law.error();
+  out.fields()["fits"].back()["trials_tracked_with_fold_law"] = with_law.value();
+  if (with_law.value() > 0) {
+    out.Print(
+        "  curves of {} of {} trials were tracked with the fold law as a weak prior (without: track "
+        "--no-fold-law)",
+        with_law.value(), fit->trials);
+  }
   if (!call.out.empty()) {
     if (const Status s = WriteFittedDesign(call.out, *own, *fit, design, row.trial_ids, call.confidence);
         !s.ok()) {

@@ -22,6 +22,7 @@ struct TrackCall {
   std::string trial;
   bool from_detections = false;
   bool overlay = false;
+  bool no_fold_law = false;
   std::string level = "standard";
   std::string load = "auto";
   int threads = 2;
@@ -62,6 +63,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   TrackOptions options;
   options.from_detections = call.from_detections;
   options.threads = call.threads;
+  options.fold_law = !call.no_fold_law;
   const Result<std::optional<TagTrackLevel>> level = TagLevelOf(call.level);
   if (!level.ok()) return Error(level.error()).Within("--level");
   options.tag_level = level.value();
@@ -74,6 +76,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   auto& fields = out.fields();
   fields["trial"] = id.value();
   fields["load"] = tracked.value().touching ? "contact" : "free";
+  fields["fold_law"] = options.fold_law;
   fields["frames"] = tracked.value().frames;
   fields["detections"] = tracked.value().detections.size();
   fields["unknown_tags"] = tracked.value().unknown_tags;
@@ -83,6 +86,8 @@ Status RunTrack(const TrackCall& call, Output& out) {
             tracked.value().frames, tracked.value().detections.size(), tracked.value().detect_seconds,
             tracked.value().solve_seconds);
   out.Print("tentacles {} (--load)", tracked.value().touching ? "may touch things" : "hang free");
+  if (!options.fold_law)
+    out.Print("without the fold law (--no-fold-law): the pull says nothing of the folds");
   PrintCameras(tracked.value(), call.level, out);
   out.Print("{:<12} {:>8} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "reprojection px",
             "median sigma mm", "tags used", "rejected");
@@ -125,6 +130,10 @@ Command MakeTrackCommand() {
                 ->required();
             app.add_flag("--from-detections", call->from_detections,
                          "start from the trial's detections.csv; the videos are not read");
+            app.add_flag(
+                "--no-fold-law", call->no_fold_law,
+                "expect no fold angle from the pull, so that curves which calibrate the fold law owe it "
+                "nothing; what was not seen is less sure");
             app.add_flag("--overlay", call->overlay,
                          "also draw tags and centerlines over the pictures (overlay.mp4, overlay.png)");
             app.add_option("--level", call->level,

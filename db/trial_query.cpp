@@ -151,6 +151,25 @@ Result<std::int64_t> CountWhere(Lab& lab, const RateQuestion& question, const st
 
 }  // namespace
 
+Result<int> TrackedWithFoldLaw(Lab& lab, const std::vector<std::string>& ids) {
+  int count = 0;
+  const Status read = lab.db().Read([&](SQLite::Database& db) -> Status {
+    // Rows of before the choice was given have no `fold_law`, but the law's sigma.
+    SQLite::Statement row(db,
+                          "SELECT coalesce(json_extract(p.parameters_json, '$.fold_law'), "
+                          "json_extract(p.parameters_json, '$.sigma_angle_rad') IS NOT NULL) "
+                          "FROM track JOIN provenance p ON p.id = provenance_id WHERE trial_id = ?");
+    for (const std::string& id : ids) {
+      row.reset();
+      Bind(row, id);
+      if (row.executeStep() && row.getColumn(0).getInt() != 0) ++count;
+    }
+    return Ok{};
+  });
+  if (!read.ok()) return read.error();
+  return count;
+}
+
 Result<std::string> FindTrial(Lab& lab, const std::string& name) {
   constexpr size_t kShown = 5;
   std::vector<std::string> fitting;

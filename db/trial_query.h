@@ -42,6 +42,9 @@ struct TrialFilter {
 // In order of their ids, which is that of time.
 Result<std::vector<TrialOverview>> ListTrials(Lab& lab, const TrialFilter& filter = {});
 
+// How many of these trials have curves that were tracked with the fold law as a prior.
+Result<int> TrackedWithFoldLaw(Lab& lab, const std::vector<std::string>& ids);
+
 // The trial's own trial.toml.
 Result<TrialSpec> LoadTrial(Lab& lab, const std::string& id);
 

@@ -40,20 +40,23 @@ void AddBase(const ChainProblem& problem, const FacetState& base, Linearised& at
   Eigen::Matrix3d axes;
   axes << along, Eigen::Vector3d::UnitX(), along.cross(Eigen::Vector3d::UnitX());
   const Eigen::AngleAxisd off(Eigen::Matrix3d(nominal.rotation.transpose() * base.rotation));
-  const Eigen::Vector3d sigma_turn(options.sigma_base_fold, options.sigma_base_turn, options.sigma_base_turn);
+  // Without the law nobody knows how far the base turns with the fold.
+  const double sigma_fold = options.fold_law ? options.sigma_base_fold : options.sigma_free_opening;
+  const double sigma_opening = options.fold_law ? options.sigma_opening : options.sigma_free_opening;
+  const Eigen::Vector3d sigma_turn(sigma_fold, options.sigma_base_turn, options.sigma_base_turn);
   // Near the nominal pose a step w changes the rotation vector by w, to first order.
   const Eigen::Matrix3d by_turn = sigma_turn.cwiseInverse().asDiagonal() * axes.transpose();
   const Eigen::Vector3d turn = by_turn * (off.angle() * off.axis());
   const Eigen::Vector3d place = (base.hole - nominal.hole) / options.sigma_base_place;
-  const Eigen::Vector2d opening = base.opening / options.sigma_opening;
+  const Eigen::Vector2d opening = base.opening / sigma_opening;
   at.prior_cost += turn.squaredNorm() + place.squaredNorm() + opening.squaredNorm();
   at.gradient.front().head<3>() += by_turn.transpose() * turn;
   at.gradient.front().segment<3>(3) += place / options.sigma_base_place;
-  at.gradient.front().tail<2>() += opening / options.sigma_opening;
+  at.gradient.front().tail<2>() += opening / sigma_opening;
   FacetMatrix& matrix = at.matrix.diagonal.front();
   matrix.topLeftCorner<3, 3>() += by_turn.transpose() * by_turn;
   matrix.diagonal().segment<3>(3).array() += 1 / (options.sigma_base_place * options.sigma_base_place);
-  matrix.diagonal().tail<2>().array() += 1 / (options.sigma_opening * options.sigma_opening);
+  matrix.diagonal().tail<2>().array() += 1 / (sigma_opening * sigma_opening);
 }
 
 // Adds up views (already fitted), creases and base.
@@ -111,12 +114,14 @@ ChainProblem MakeChainProblem(const ChainModel& model, std::span<const Camera> c
     // A crease that the law has closed stays closed when the tendon is pulled a little more or less.
     const bool closed = model.expected_angle[i] > model.closed_angle - 1e-6;
     problem.priors.push_back(
-        {.expected_angle = model.expected_angle[i],
-         .compliance = closed ? 0.2 : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
+        {.expected_angle = options.fold_law ? model.expected_angle[i] : 0.0,
+         .compliance = !options.fold_law ? 1.0
+                       : closed          ? 0.2
+                                         : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
          .sigma_gap = {options.sigma_gap, options.sigma_gap_flat, options.sigma_gap_flat},
          .sigma_swing = options.sigma_swing,
          .sigma_angle = options.sigma_angle,
-         .sigma_walk = options.sigma_opening_walk});
+         .sigma_walk = options.fold_law ? options.sigma_opening_walk : options.sigma_free_walk});
   }
   problem.nominal = NominalChain(model);
   std::map<int, std::vector<int>> by_tag;

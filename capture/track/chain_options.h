@@ -28,9 +28,14 @@ struct ChainOptions {
   double sigma_angle = 0.020;         // a crease's phi about what its neighbours suggest, rad
   double sigma_opening = 0.20;        // how far the whole tentacle opens or closes beyond the law, rad
   double sigma_opening_walk = 0.005;  // change of that from one crease to the next, rad
-  double sigma_base_place = 1.5e-3;   // hole 0 against its nominal place, each axis, m
-  double sigma_base_turn = 0.03;      // its facet likewise, about other axes than the crease, rad
-  double sigma_base_fold = 0.15;      // and about its crease, rad
+  // false: the law's angles hold nothing, so that curves may calibrate the law. Even and odd creases are each
+  // about as far open as their neighbours, and that is all; the law only helps to find the start.
+  bool fold_law = true;
+  double sigma_free_opening = 1.0;   // without the law: phi of the first crease of either kind about 0, rad
+  double sigma_free_walk = 0.05;     // likewise its change from one crease to the next, rad
+  double sigma_base_place = 1.5e-3;  // hole 0 against its nominal place, each axis, m
+  double sigma_base_turn = 0.03;     // its facet likewise, about other axes than the crease, rad
+  double sigma_base_fold = 0.15;     // and about its crease, rad
   // Of a view about what all else predicts, per corner coordinate; beyond it the view is left out.
   double largest_chi_square = 6;
   // A hole is "not seen" (sigma NaN) if its facet was not and either holds:

@@ -152,7 +152,8 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
                  (folder / "trial.toml").string() + ": the trial is simulated; expected one with videos"};
   }
   const bool touching = options.touching.value_or(trial.kind != TrialKind::kVirtual);
-  const ChainOptions chain = touching ? LoadedTentacles() : ChainOptions{};
+  ChainOptions chain = touching ? LoadedTentacles() : ChainOptions{};
+  chain.fold_law = options.fold_law;
   const Result<Rig> rig = ParseRig(trial.rig_toml, (folder / "trial.toml").string() + ": rig");
   if (!rig.ok()) return rig.error();
   const std::size_t cameras = rig.value().cameras.size();
@@ -176,6 +177,7 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
 
   TrackedTrial tracked;
   tracked.touching = touching;
+  tracked.chain = chain;
   tracked.family = trial.tags.family;
   const Clock::time_point detecting = Clock::now();
   if (options.from_detections) {

@@ -27,6 +27,7 @@ struct TrackOptions {
   // Whether tentacles touch things (LoadedTentacles) or hang free; none: all but virtual trials', whose pass
   // through what they meet, may touch.
   std::optional<bool> touching;
+  bool fold_law = true;          // false: curves owe nothing to the fold law (ChainOptions::fold_law)
   bool from_detections = false;  // start from the folder's detections.csv; the videos are not read
   int threads = 2;               // pictures, then tentacles, that are worked on at once
   // Pictures of two cameras belong together if their host times differ by less than this share of camera 0's
@@ -52,6 +53,7 @@ struct CameraTags {
 
 struct TrackedTrial {
   bool touching = false;  // what tentacles were taken to do
+  ChainOptions chain;     // what their chains were solved with
   std::string family;     // of its tags
   std::vector<CurveSeries>
       curves;  // "tentacle0", ...: nodes are the holes; sigma NaN where a node was not seen

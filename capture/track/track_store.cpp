@@ -49,13 +49,14 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
 
   Provenance made{.program_version = program};
   const TagDetectOptions& detect = options.detect;
-  const ChainOptions chain = tracked.value().touching ? LoadedTentacles() : ChainOptions{};
+  const ChainOptions& chain = tracked.value().chain;
   nlohmann::json parameters{{"family", tracked.value().family},
                             {"decimate", detect.decimate},
                             {"min_white_black_diff", detect.min_white_black_diff},
                             {"max_hamming", detect.max_hamming},
                             {"from_detections", options.from_detections},
                             {"load", tracked.value().touching ? "contact" : "free"},
+                            {"fold_law", chain.fold_law},
                             {"sigma_corner_px", chain.sigma_corner_px},
                             {"sigma_flatness_px", chain.sigma_flatness_px},
                             {"sigma_calibration_px", chain.sigma_calibration_px},
@@ -76,6 +77,10 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
                             {"sigma_base_turn_rad", chain.sigma_base_turn},
                             {"sigma_base_fold_rad", chain.sigma_base_fold},
                             {"largest_chi_square", chain.largest_chi_square}};
+  if (!chain.fold_law) {
+    parameters["sigma_free_opening_rad"] = chain.sigma_free_opening;
+    parameters["sigma_free_walk_rad"] = chain.sigma_free_walk;
+  }
   if (!options.from_detections) {
     parameters["tag_level"] = NameOfLevel(options.tag_level);
     for (const CameraTags& camera : tracked.value().cameras) {

@@ -269,6 +269,24 @@ TEST(SolveChain, TheFrameBeforeChangesTheWayNotTheAnswer) {
   }
 }
 
+TEST(SolveChain, WithoutTheFoldLawAWrongLawDoesNotMoveTheAnswer) {
+  const std::vector<Camera> rig = CamerasAround(2);
+  std::mt19937_64 random(11);
+  const Truth truth = MakeTruth({}, 0.2, rig, {}, {}, random);
+  ChainModel wrong_law = truth.model;  // wrong from crease to crease, which no opening takes up
+  for (int i = 0; i < wrong_law.expected_angle.size(); ++i)
+    wrong_law.expected_angle[i] += 0.1 * std::sin(2.4 * i);
+  const auto turned = [&](bool fold_law) {  // creases by the wrong law, rad
+    ChainOptions options;
+    options.fold_law = fold_law;
+    const ChainSolution right = SolveChain(truth.model, rig, truth.views, options);
+    const ChainSolution wrong = SolveChain(wrong_law, rig, truth.views, options);
+    return (right.angle - wrong.angle).cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(turned(false), 1e-4);
+  EXPECT_GT(turned(true), 1e-2);
+}
+
 TEST(SolveChain, TheCovarianceFactorHasTheStatedSigmas) {
   const std::vector<Camera> rig = CamerasAround(2);
   std::mt19937_64 random(6);

@@ -122,6 +122,22 @@ TEST(EndToEnd, RecordedTrialsBecomeCenterlinesParametersLinksAndRates) {
     EXPECT_LT(parameter["standard_error"].get<double>(), 0.2) << parameter;
   }
   EXPECT_LT(fit["residual_rms_mm"].get<double>(), 10);
+  EXPECT_EQ(fit["trials_tracked_with_fold_law"], kTrials);
+
+  // The law that is being fitted did not put itself into the curves: without it they say the same.
+  for (int t = 0; t < kTrials; ++t) {
+    const json again =
+        Ask({"track", "t" + std::to_string(t), "--lab", lab, "--from-detections", "--no-fold-law"});
+    EXPECT_EQ(again["fold_law"], false);
+  }
+  const json without = Ask({"calibrate", "fold", "--lab", lab, "--kind", "virtual"})["fits"][0];
+  EXPECT_EQ(without["trials_tracked_with_fold_law"], 0);
+  for (size_t p = 0; p < 3; ++p) {
+    const json& with = fit["parameters"][p];
+    EXPECT_NEAR(without["parameters"][p]["value"].get<double>(), with["value"].get<double>(),
+                with["standard_error"].get<double>())
+        << with;
+  }
 
   const json stats = Ask({"stats", "--lab", lab, "--by", "design,distance", "--kind", "virtual"});
   ASSERT_EQ(stats["groups"].size(), 1u);

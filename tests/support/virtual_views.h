@@ -77,7 +77,8 @@ inline Camera MiscalibratedCamera(const Camera& told, const std::vector<Eigen::V
 struct SeenTentacle {
   ChainModel model;  // what the tracker is told
   std::vector<TagView> views;
-  Eigen::Matrix3Xd holes;  // in the lab, m
+  Eigen::Matrix3Xd holes;      // in the lab, m
+  Eigen::VectorXd fold_angle;  // true phi_i, rad
 };
 
 struct SightOptions {
@@ -100,6 +101,7 @@ inline SeenTentacle SeeTentacle(const VirtualTruth& truth, const TrueShape& shap
                 .closed_angle = truth.design.closed_angle,
                 .lab_from_tentacle = LabFromTentacle(gripper, tentacle)};
   seen.holes = one.centerline.points;
+  seen.fold_angle = one.fold_angle;
   for (std::size_t i = 0; i < drawn.tags.size(); ++i) {
     const TagPlace& tag = drawn.tags[i];
     if (tag.tentacle != tentacle || tag.facet % options.every != 0) continue;
