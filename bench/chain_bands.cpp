@@ -62,6 +62,23 @@ double LengthOf(const Eigen::Matrix3Xd& holes) {
   return (holes.rightCols(holes.cols() - 1) - holes.leftCols(holes.cols() - 1)).colwise().norm().sum();
 }
 
+// By how much each normal of the truth is turned about the curve against the one found, rad.
+Eigen::VectorXd TurnsBetween(const FramedCurve& found, const FramedCurve& truth) {
+  const Eigen::Index last = found.points.cols() - 1;
+  Eigen::VectorXd turns(last + 1);
+  for (Eigen::Index i = 0; i <= last; ++i) {
+    const Eigen::Vector3d before =
+        found.points.col(std::max<Eigen::Index>(i, 1)) - found.points.col(std::max<Eigen::Index>(i, 1) - 1);
+    const Eigen::Vector3d after =
+        found.points.col(std::min(i, last - 1) + 1) - found.points.col(std::min(i, last - 1));
+    const Eigen::Vector3d tangent = (before.normalized() + after.normalized()).normalized();
+    const Eigen::Vector3d a = found.normals.col(i);
+    const Eigen::Vector3d b = truth.normals.col(i);
+    turns[i] = std::atan2(tangent.dot(a.cross(b)), a.dot(b) - a.dot(tangent) * b.dot(tangent));
+  }
+  return turns;
+}
+
 struct Case {
   std::string name;
   SightOptions sight;
@@ -81,6 +98,8 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
   Share reach;
   Share length;
   Share tip;
+  std::array<Share, 3> turn;  // of normals: of facets seen, of bridged ones, the tip's less the base's
+  double turn_squares = 0;
   double not_seen = 0;
   double angle_error = 0;
   double law_error = 0;
@@ -113,6 +132,7 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
       const ChainSolution found = SolveChain(tentacle.model, told, tentacle.views, one.chain);
       const Eigen::MatrixXd& factor = found.covariance_factor;
       const Eigen::Matrix3Xd error = found.curve.points - tentacle.holes;
+      const Eigen::VectorXd turned = TurnsBetween(found.curve, shape.tentacles[0].centerline);
       for (int i = 0; i < error.cols(); ++i) {
         if (std::isnan(found.sigma[i])) {
           ++not_seen;
@@ -121,6 +141,9 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
         const Eigen::Matrix3d own = factor.middleRows<3>(3 * i) * factor.middleRows<3>(3 * i).transpose();
         (found.interpolated[i] != 0 ? bridged : seen)
             .Add(error.col(i), own, found.facets[static_cast<std::size_t>(i)].rotation);
+        turn[found.interpolated[i] != 0 ? 1 : 0].Add(
+            turned[i] * turned[i] / found.turn_factor.row(i).squaredNorm(), 1);
+        turn_squares += turned[i] * turned[i];
       }
       const int last = static_cast<int>(error.cols()) - 1;
       for (int i = 0; i < last; ++i) {  // creases with both facets seen: is the law's error in the answer?
@@ -135,6 +158,9 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
       views += found.views_used;
       rejected += found.views_rejected;
       if (std::isnan(found.sigma[last]) || std::isnan(found.sigma[0])) continue;
+      turn[2].Add(std::pow(turned[last] - turned[0], 2) /
+                      (found.turn_factor.row(last) - found.turn_factor.row(0)).squaredNorm(),
+                  1);
       const Eigen::Matrix3Xd& p = found.curve.points;
       Eigen::VectorXd slope = Eigen::VectorXd::Zero(p.size());
       const Eigen::Vector3d chord = p.col(last) - p.col(0);
@@ -169,6 +195,9 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
       rejected / frames, 180 / std::numbers::pi * std::sqrt(angle_squares / std::max(angles, 1)),
       180 / std::numbers::pi * angle_error / std::max(angles, 1),
       180 / std::numbers::pi * law_error / std::max(angles, 1));
+  fmt::print("  turn of normals, {:.4f} rad RMS: seen {}, bridged {}, tip less base {}\n",
+             std::sqrt(turn_squares / (seen.ellipsoid.count + bridged.ellipsoid.count)), turn[0].text(),
+             turn[1].text(), turn[2].text());
   std::fflush(stdout);
 }
 

@@ -144,13 +144,15 @@ double AddLinks(const TrueShape& shape, const std::vector<ChainSolution>& soluti
   std::vector<FramedCurve> truth;
   std::vector<FramedCurve> found;
   std::vector<Eigen::MatrixXd> factors;
+  std::vector<Eigen::MatrixXd> turns;
   for (std::size_t t = 0; t < solutions.size(); ++t) {
     truth.push_back(shape.tentacles[t].centerline);
     found.push_back(solutions[t].curve);
     factors.push_back(solutions[t].covariance_factor);
+    turns.push_back(solutions[t].turn_factor);
   }
   const LinkReport report = MeasureLink(truth, {}).value();
-  const LinkBands bands = MeasureLinkBands(found, factors, {}).value();
+  const LinkBands bands = MeasureLinkBands(found, factors, {}, {}, {}, turns).value();
   totals.links["mutual link"].Add(bands.mutual_link, report.mutual_link);
   for (std::size_t i = 0; i < bands.pairs.size(); ++i) {
     totals.links["link of a pair"].Add(bands.pairs[i].link, report.pairs[i].link.value);

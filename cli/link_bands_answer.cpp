@@ -52,6 +52,7 @@ Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame
                        int draws, const std::string& source, Output& out) {
   std::vector<FramedCurve> moment;
   std::vector<Eigen::MatrixXd> factors;
+  std::vector<Eigen::MatrixXd> turns;
   std::vector<std::string> names;
   for (const CurveSeries& curve : curves) {
     if (curve.covariance_factor.size() <= frame) {
@@ -62,15 +63,17 @@ Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame
     }
     moment.push_back(curve.curves[frame]);
     factors.push_back(curve.covariance_factor[frame]);
+    turns.push_back(frame < curve.turn_factor.size() ? curve.turn_factor[frame] : Eigen::MatrixXd());
     names.push_back(curve.name);
   }
   const Result<LinkBands> measured =
-      MeasureLinkBands(moment, factors, options, {.draws = draws}, out.ShowProgress("bands"));
+      MeasureLinkBands(moment, factors, options, {.draws = draws}, out.ShowProgress("bands"), turns);
   if (!measured.ok()) return Error(measured.error()).Within(source);
   const LinkBands& bands = measured.value();
 
   Json& json = out.fields()["bands"];
   json["draws"] = bands.draws;
+  json["normals_drawn"] = bands.normals_drawn;
   json["curves"] = Json::array();
   json["pairs"] = Json::array();
   json["undecided"] = Json::array();
@@ -84,6 +87,12 @@ Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame
                               {"object_link", BandJson(curve.object_link)}});
     out.Print("{:<24}  self link {}", names[k], BandText(curve.self_link));
     if (options.axis) out.Print("{:<24}  object link {}", "", BandText(curve.object_link));
+  }
+  const bool normals = std::any_of(moment.begin(), moment.end(),
+                                   [](const FramedCurve& curve) { return curve.normals.cols() > 0; });
+  if (normals && !bands.normals_drawn) {
+    out.Print("bands of self links are too narrow: {} states no turn of the normals; track the trial again",
+              source);
   }
   for (const PairBands& pair : bands.pairs) {
     json["pairs"].push_back({{"a", Place(names, pair.a)},

@@ -271,6 +271,9 @@ Status RunLink(const LinkCall& call, Output& out) {
       if (*frame.value() < curve.covariance_factor.size()) {
         curve.covariance_factor = {Eigen::MatrixXd(curve.covariance_factor[*frame.value()])};
       }
+      if (*frame.value() < curve.turn_factor.size()) {
+        curve.turn_factor = {Eigen::MatrixXd(curve.turn_factor[*frame.value()])};
+      }
     }
   } else {
     options.method = call.accuracy == "exact" ? LinkMethod::kExact : LinkMethod::kFast;

@@ -253,12 +253,16 @@ Status AddLink(const ReportOptions& report, const Progress& progress, TrialFacts
   for (const int frame : Moments(static_cast<int>(frames), report.most_moments)) {
     std::vector<FramedCurve> moment;
     std::vector<Eigen::MatrixXd> factors;
+    std::vector<Eigen::MatrixXd> turns;
     for (const CurveSeries& series : facts.curves) {
       moment.push_back(series.curves[static_cast<std::size_t>(frame)]);
       factors.push_back(series.covariance_factor[static_cast<std::size_t>(frame)]);
+      turns.push_back(series.turn_factor.size() == frames
+                          ? series.turn_factor[static_cast<std::size_t>(frame)]
+                          : Eigen::MatrixXd());
     }
     link.frames.push_back(frame);
-    Result<LinkBands> bands = MeasureLinkBands(moment, factors, options, {.draws = report.draws});
+    Result<LinkBands> bands = MeasureLinkBands(moment, factors, options, {.draws = report.draws}, {}, turns);
     if (!bands.ok()) return Error(bands.error()).Within(fmt::format("link at frame {}", frame));
     AddUndecided(frame, link.frames.size() - 1, link.frames, bands.value().undecided, link.undecided);
     link.bands.push_back(std::move(bands).value());

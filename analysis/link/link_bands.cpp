@@ -52,10 +52,25 @@ LinkBand BandOf(std::vector<double>& values) {
   return band;
 }
 
-Status Check(std::span<const FramedCurve> curves, std::span<const Eigen::MatrixXd> factors, int draws) {
+Status Check(std::span<const FramedCurve> curves, std::span<const Eigen::MatrixXd> factors,
+             std::span<const Eigen::MatrixXd> turns, int draws) {
   if (factors.size() != curves.size()) {
     return Error{ErrorKind::kBadInput, fmt::format("{} covariance factors for {} curves, expected one each",
                                                    factors.size(), curves.size())};
+  }
+  if (!turns.empty() && turns.size() != curves.size()) {
+    return Error{ErrorKind::kBadInput, fmt::format("{} turn factors for {} curves, expected one each or none",
+                                                   turns.size(), curves.size())};
+  }
+  for (std::size_t k = 0; k < turns.size(); ++k) {
+    const Eigen::MatrixXd& turn = turns[k];
+    if (turn.rows() == 0) continue;
+    if (turn.rows() != curves[k].points.cols() || turn.cols() < factors[k].cols() || !turn.allFinite()) {
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("curve {}: a turn factor of {} x {}, expected {} rows and {} columns or more, "
+                               "all finite",
+                               k, turn.rows(), turn.cols(), curves[k].points.cols(), factors[k].cols())};
+    }
   }
   for (std::size_t k = 0; k < curves.size(); ++k) {
     if (factors[k].rows() != 3 * curves[k].points.cols() || !factors[k].allFinite()) {
@@ -68,6 +83,31 @@ Status Check(std::span<const FramedCurve> curves, std::span<const Eigen::MatrixX
     return Error{ErrorKind::kBadInput, fmt::format("{} draws, expected two or more", draws)};
   }
   return Ok{};
+}
+
+// A curve off by F z and G z.
+FramedCurve DrawnCurve(const FramedCurve& curve, const Eigen::MatrixXd& factor, const Eigen::MatrixXd& turn,
+                       std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd z(std::max(factor.cols(), turn.cols()));
+  for (double& number : z) number = normal(random);
+  const Eigen::VectorXd off = factor * z.head(factor.cols());
+  FramedCurve drawn = curve;
+  drawn.points += Eigen::Map<const Eigen::Matrix3Xd>(off.data(), 3, curve.points.cols());
+  if (turn.rows() == 0 || curve.normals.cols() != curve.points.cols()) return drawn;
+  const Eigen::VectorXd angle = turn * z;
+  const Eigen::Index last = curve.points.cols() - 1;
+  for (Eigen::Index i = 0; i <= last; ++i) {
+    const auto direction = [&](Eigen::Index from) {
+      return (drawn.points.col(from + 1) - drawn.points.col(from)).stableNormalized();
+    };
+    const Eigen::Vector3d tangent =
+        (direction(std::clamp<Eigen::Index>(i - 1, 0, last - 1)) + direction(std::min(i, last - 1)))
+            .stableNormalized();
+    const Eigen::Vector3d square = curve.normals.col(i) - tangent.dot(curve.normals.col(i)) * tangent;
+    drawn.normals.col(i) = std::cos(angle[i]) * square + std::sin(angle[i]) * tangent.cross(square);
+  }
+  return drawn;
 }
 
 // Covariance of a point between two nodes, with itself.
@@ -165,8 +205,9 @@ std::vector<UndecidedCrossing> FindUndecided(std::span<const FramedCurve> curves
 
 Result<LinkBands> MeasureLinkBands(std::span<const FramedCurve> curves,
                                    std::span<const Eigen::MatrixXd> factors, const LinkOptions& options,
-                                   const LinkBandOptions& band_options, const Progress& progress) {
-  if (Status s = Check(curves, factors, band_options.draws); !s.ok()) return s.error();
+                                   const LinkBandOptions& band_options, const Progress& progress,
+                                   std::span<const Eigen::MatrixXd> turns) {
+  if (Status s = Check(curves, factors, turns, band_options.draws); !s.ok()) return s.error();
   const std::size_t count = curves.size(), pairs = count * (count - 1) / 2;
   const auto draws = static_cast<std::size_t>(band_options.draws);
   LinkOptions fast = options;
@@ -174,16 +215,15 @@ Result<LinkBands> MeasureLinkBands(std::span<const FramedCurve> curves,
   // [value][draw]: three of each curve, two of each pair, three of all.
   std::vector<std::vector<double>> values(3 * count + 2 * pairs + 3, std::vector<double>(draws));
   std::mt19937_64 random(band_options.seed);
-  std::normal_distribution<double> normal;
   std::vector<FramedCurve> drawn(curves.begin(), curves.end());
   LinkBands bands;
+  bands.normals_drawn = !turns.empty();
+  for (std::size_t k = 0; k < turns.size(); ++k) {
+    if (turns[k].rows() == 0 && curves[k].normals.cols() > 0) bands.normals_drawn = false;
+  }
   for (std::size_t draw = 0; draw < draws; ++draw) {
     for (std::size_t k = 0; k < count; ++k) {
-      Eigen::VectorXd z(factors[k].cols());
-      for (double& number : z) number = normal(random);
-      const Eigen::VectorXd off = factors[k] * z;
-      drawn[k].points =
-          curves[k].points + Eigen::Map<const Eigen::Matrix3Xd>(off.data(), 3, curves[k].points.cols());
+      drawn[k] = DrawnCurve(curves[k], factors[k], turns.empty() ? Eigen::MatrixXd() : turns[k], random);
     }
     Result<LinkReport> measured = MeasureLink(drawn, fast);
     if (!measured.ok()) return measured.error();

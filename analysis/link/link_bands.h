@@ -49,6 +49,7 @@ struct LinkBands {
   LinkBand mutual_link, object_link, performance;
   std::vector<UndecidedCrossing> undecided;
   int draws = 0;
+  bool normals_drawn = false;  // of every curve that has normals
 };
 
 struct LinkBandOptions {
@@ -57,14 +58,20 @@ struct LinkBandOptions {
   double undecided_sigmas = 3;
 };
 
-// Curves are drawn as points + F z with z standard normal, each curve by itself; normals stay as they are, so
-// the self-link knows nothing of twist that was not seen.
+// Curves are drawn as points + F z with z standard normal, each curve by itself; their normals are made
+// perpendicular to the drawn curve and turned about it by G z. Without G they are not turned: the self-link's
+// band then knows the centerline's errors only, and is too narrow.
 //   factors  of each curve: F with cov(points, x0 y0 z0 x1 ...) = F F^T, m                    (3 nodes, any)
-//   errors   kBadInput  as MeasureLink; a factor of another number of nodes or not finite; draws < 2
+//   turns    of each curve: G, rad; its first columns are those of F, and z goes on for the others. No
+//   curves,
+//            or a G without rows: not known                                     (nodes, F's columns or more)
+//   errors   kBadInput  as MeasureLink; a factor of another number of nodes or not finite; a G with fewer
+//                       columns than F; draws < 2
 //            kStopped   progress said so
 Result<LinkBands> MeasureLinkBands(std::span<const FramedCurve> curves,
                                    std::span<const Eigen::MatrixXd> factors, const LinkOptions& options,
-                                   const LinkBandOptions& band_options = {}, const Progress& progress = {});
+                                   const LinkBandOptions& band_options = {}, const Progress& progress = {},
+                                   std::span<const Eigen::MatrixXd> turns = {});
 
 // Crossings nearer than `sigmas` standard deviations of their own separation, along the line between them;
 // the nearest of each neighbourhood. Of one curve with itself only pieces that are more than three segments,

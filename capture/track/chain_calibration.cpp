@@ -19,7 +19,7 @@ Eigen::Matrix<double, 6, 2> StepOfPixel(const Camera& camera, double depth) {
 
 }  // namespace
 
-Eigen::MatrixXd HolesByCalibration(const ChainProblem& problem, const Descent& run,
+Eigen::MatrixXd PosesByCalibration(const ChainProblem& problem, const Descent& run,
                                    const ChainCholesky& cholesky) {
   const ChainOptions& options = *problem.options;
   const std::size_t count = run.facets.size();
@@ -58,13 +58,12 @@ Eigen::MatrixXd HolesByCalibration(const ChainProblem& problem, const Descent& r
     }
   }
   Eigen::MatrixXd moved =
-      Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(fields));
+      Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(fields));
   for (std::size_t f = 0; f < fields; ++f) {
     if (sees[f / kFields] == 0) continue;
     const std::vector<FacetVector> step = cholesky.Solve(pull[f]);
     for (std::size_t i = 0; i < count; ++i) {
-      moved.block<3, 1>(3 * static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(f)) =
-          step[i].segment<3>(3);
+      moved.block<6, 1>(6 * static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(f)) = step[i].head<6>();
     }
   }
   return moved;

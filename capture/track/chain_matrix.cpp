@@ -55,29 +55,35 @@ std::vector<Eigen::Matrix<double, 6, 6>> ChainCholesky::PoseCovariances() const 
   return poses;
 }
 
-Eigen::MatrixXd ChainCholesky::HoleCovariance() const {
+template <int kFirst, int kCount>
+Eigen::MatrixXd ChainCholesky::Covariance() const {
   TENDRIL_CHECK(ok_);
   const int facets = static_cast<int>(factor_.size());
-  Eigen::MatrixXd holes = Eigen::MatrixXd::Zero(3 * facets, 3 * facets);
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kCount * facets, kCount * facets);
   // From the last facet up. With K_i = L_{i+1,i} L_i^{-1}, the inverse C obeys C_{i,j} = -K_i^T C_{i+1,j} for
   // j > i and C_{i,i} = (L_i L_i^T)^{-1} + K_i^T C_{i+1,i+1} K_i. `row` holds C_{i,j} for all j >= i, of
-  // which only the holes' columns are needed.
-  Eigen::MatrixXd row = Eigen::MatrixXd::Zero(kFacetSize, 3 * facets);
+  // which only some columns are needed.
+  Eigen::MatrixXd row = Eigen::MatrixXd::Zero(kFacetSize, kCount * facets);
   FacetMatrix diagonal = factor_[facets - 1].solve(FacetMatrix::Identity());
-  row.middleCols<3>(3 * (facets - 1)) = diagonal.middleCols<3>(3);
+  row.middleCols<kCount>(kCount * (facets - 1)) = diagonal.middleCols<kCount>(kFirst);
   for (int i = facets - 1;; --i) {
-    holes.block(3 * i, 3 * i, 3, 3 * (facets - i)) = row.block(3, 3 * i, 3, 3 * (facets - i));
+    all.block(kCount * i, kCount * i, kCount, kCount * (facets - i)) =
+        row.block(kFirst, kCount * i, kCount, kCount * (facets - i));
     if (i == 0) break;
     const FacetMatrix transposed = factor_[i - 1].matrixU().solve(coupling_[i - 1].transpose());  // K^T
     const FacetMatrix above =
         factor_[i - 1].solve(FacetMatrix::Identity()) + transposed * diagonal * transposed.transpose();
     diagonal = 0.5 * (above + above.transpose());
-    const Eigen::MatrixXd next = -transposed * row.rightCols(3 * (facets - i));
-    row.rightCols(3 * (facets - i)) = next;
-    row.middleCols<3>(3 * (i - 1)) = diagonal.middleCols<3>(3);
+    const Eigen::MatrixXd next = -transposed * row.rightCols(kCount * (facets - i));
+    row.rightCols(kCount * (facets - i)) = next;
+    row.middleCols<kCount>(kCount * (i - 1)) = diagonal.middleCols<kCount>(kFirst);
   }
-  holes.triangularView<Eigen::StrictlyLower>() = holes.transpose();
-  return holes;
+  all.triangularView<Eigen::StrictlyLower>() = all.transpose();
+  return all;
 }
+
+Eigen::MatrixXd ChainCholesky::HoleCovariance() const { return Covariance<3, 3>(); }
+
+Eigen::MatrixXd ChainCholesky::PoseCovariance() const { return Covariance<0, 6>(); }
 
 }  // namespace tendril

@@ -29,7 +29,14 @@ class ChainCholesky {
   // Covariance of all holes: the inverse's rows and columns that move the holes.      (3 facets, 3 facets)
   Eigen::MatrixXd HoleCovariance() const;
 
+  // Covariance of all facets' pose steps (w, v).                                    (6 facets, 6 facets)
+  Eigen::MatrixXd PoseCovariance() const;
+
  private:
+  // Of the numbers kFirst .. kFirst + kCount - 1 of each facet's step.
+  template <int kFirst, int kCount>
+  Eigen::MatrixXd Covariance() const;
+
   bool ok_ = false;
   std::vector<Eigen::LLT<FacetMatrix>> factor_;
   std::vector<FacetMatrix> coupling_;  // L_{i+1,i}

@@ -13,6 +13,7 @@
 #include "capture/track/chain_descent.h"
 #include "capture/track/chain_judge.h"
 #include "capture/track/chain_start.h"
+#include "capture/track/chain_turn.h"
 #include "model/check.h"
 
 namespace tendril {
@@ -194,23 +195,28 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   const ChainCholesky cholesky(best->at.matrix);
   // Where the misfit is larger than the sigmas explain, they are too small by that much.
   const double inflation = std::max(1.0, solution.chi_square);
-  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd covariance;  // of the points, then of the normals' turns
   if (cholesky.ok()) {
-    covariance = inflation * cholesky.HoleCovariance();
+    Eigen::MatrixXd poses = inflation * cholesky.PoseCovariance();
     if (options.sigma_calibration_px > 0 && solution.views_used > 0) {
-      const Eigen::MatrixXd moved = HolesByCalibration(problem, *best, cholesky);
-      covariance.noalias() += moved * moved.transpose();
+      const Eigen::MatrixXd moved = PosesByCalibration(problem, *best, cholesky);
+      poses.noalias() += moved * moved.transpose();
     }
+    const Eigen::SparseMatrix<double> curve = CurveOfSteps(model.layout, solution.facets);
+    const Eigen::MatrixXd half = curve * poses;
+    covariance = curve * half.transpose();
     for (int i = 0; i < holes; ++i) {
       covariance.block<3, 3>(3 * i, 3 * i) += HoleSlop(options, best->facets[i].rotation);
     }
   } else {
-    covariance = Eigen::MatrixXd::Constant(3 * holes, 3 * holes, 0);
+    covariance = Eigen::MatrixXd::Constant(4 * holes, 4 * holes, 0);
     covariance.diagonal().setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   JudgeNodes(problem, facet_seen, covariance, solution);
   if (options.covariance_rank > 0 && cholesky.ok()) {
-    solution.covariance_factor = FactorOfCovariance(covariance, options.covariance_rank);
+    CurveFactors factors = FactorsOfCurve(covariance, options.covariance_rank);
+    solution.covariance_factor = std::move(factors.points);
+    solution.turn_factor = std::move(factors.turns);
   }
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
   solution.seconds = spent.count();

@@ -47,6 +47,9 @@ struct ChainSolution {
   // F F^T is about the covariance of the points (x0 y0 z0 x1 ...), each point's own exact; also for nodes
   // that were not seen. Empty if covariance_rank is 0.                                       (3 holes, rank)
   Eigen::MatrixXd covariance_factor;
+  // G: with points off by F z, normals are turned about the curve by G z, right-handed about the tangent; its
+  // first columns are those of F, z goes on. rad. Empty as the above.           (holes, more than rank)
+  Eigen::MatrixXd turn_factor;
   std::vector<char> used;  // which views were used                                                 (views)
 
   int iterations = 0;

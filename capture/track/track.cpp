@@ -127,6 +127,7 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
     series.sigma.push_back(solution.sigma);
     series.interpolated.push_back(solution.interpolated);
     if (solution.covariance_factor.size() > 0) series.covariance_factor.push_back(solution.covariance_factor);
+    if (solution.turn_factor.size() > 0) series.turn_factor.push_back(solution.turn_factor);
     previous = std::move(solution);
     if (!progress.Step()) return Stopped();
   }

@@ -60,7 +60,8 @@ std::string Disagreement(const CurveSeries& series) {
   };
   for (const std::string& problem :
        {per_frame("sigma", series.sigma.size()), per_frame("interpolated", series.interpolated.size()),
-        per_frame("covariance", series.covariance_factor.size()), per_frame("angle", series.angle.size())}) {
+        per_frame("covariance", series.covariance_factor.size()), per_frame("angle", series.angle.size()),
+        per_frame("turn", series.turn_factor.size())}) {
     if (!problem.empty()) return problem;
   }
   for (const auto& sigma : series.sigma) {
@@ -80,6 +81,14 @@ std::string Disagreement(const CurveSeries& series) {
     if (factor.rows() != 3 * nodes) {
       return fmt::format("a covariance factor of {} rows for {} nodes, expected three each", factor.rows(),
                          nodes);
+    }
+  }
+  if (!series.turn_factor.empty() && series.covariance_factor.empty()) return "turns without a covariance";
+  for (std::size_t f = 0; f < series.turn_factor.size(); ++f) {
+    const Eigen::MatrixXd& turn = series.turn_factor[f];
+    if (turn.rows() != nodes || turn.cols() < series.covariance_factor[f].cols()) {
+      return fmt::format("turns of {} x {} for {} nodes and a covariance of {} columns", turn.rows(),
+                         turn.cols(), nodes, series.covariance_factor[f].cols());
     }
   }
   return "";

@@ -56,6 +56,16 @@ Eigen::Matrix3Xd PointsOf(const Array& array, size_t frame, Eigen::Index nodes) 
                                             nodes);
 }
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Frame f of [frames, rows, columns].
+Eigen::MatrixXd MatrixOf(const Array& array, size_t frame) {
+  const size_t size = array.shape[1] * array.shape[2];
+  return Eigen::Map<const RowMajor>(array.values.data() + frame * size,
+                                    static_cast<Eigen::Index>(array.shape[1]),
+                                    static_cast<Eigen::Index>(array.shape[2]));
+}
+
 void CheckPoints(CurveReader& reader, const std::string& name, const Array& array) {
   for (size_t i = 0; i < array.values.size(); ++i) {
     if (!std::isinf(array.values[i])) continue;
@@ -106,6 +116,15 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
   if (hdf5::Has(reader.group, "covariance")) {
     covariance = reader.Read("covariance", {frames, 3 * nodes, CurveReader::kAny}, "m");
   }
+  Array turn;
+  if (hdf5::Has(reader.group, "turn")) {
+    turn = reader.Read("turn", {frames, nodes, CurveReader::kAny}, "rad");
+    if (reader.status.ok() && (covariance.shape.empty() || turn.shape[2] < covariance.shape[2])) {
+      reader.Fail("turn",
+                  fmt::format("{} columns: expected those of covariance ({}) or more", turn.shape[2],
+                              covariance.shape.empty() ? "missing" : std::to_string(covariance.shape[2])));
+    }
+  }
   Array angle;
   if (hdf5::Has(reader.group, "angle"))
     angle = reader.Read("angle", {frames, nodes > 0 ? nodes - 1 : 0}, "rad");
@@ -124,12 +143,8 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
       series.interpolated.emplace_back(
           Eigen::Map<const Eigen::VectorXd>(interpolated.values.data() + f * nodes, n).cast<int>());
     }
-    if (!covariance.shape.empty()) {
-      const auto rank = static_cast<Eigen::Index>(covariance.shape[2]);
-      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-      series.covariance_factor.emplace_back(Eigen::Map<const RowMajor>(
-          covariance.values.data() + f * static_cast<size_t>(3 * n * rank), 3 * n, rank));
-    }
+    if (!covariance.shape.empty()) series.covariance_factor.push_back(MatrixOf(covariance, f));
+    if (!turn.shape.empty()) series.turn_factor.push_back(MatrixOf(turn, f));
     if (!angle.shape.empty()) {
       const auto creases = static_cast<Eigen::Index>(angle.shape[1]);
       series.angle.emplace_back(
@@ -137,6 +152,25 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
     }
   }
   return series;
+}
+
+// Each frame's columns that belong to its covariance stay at the place they have there, of `rank` columns.
+bool WriteTurns(hid_t group, const CurveSeries& series, Eigen::Index rank, hsize_t nodes) {
+  if (series.turn_factor.empty()) return true;
+  Eigen::Index most = 0;
+  for (size_t f = 0; f < series.turn_factor.size(); ++f) {
+    most = std::max(most, series.turn_factor[f].cols() - series.covariance_factor[f].cols());
+  }
+  Array turn{{series.turn_factor.size(), nodes, static_cast<hsize_t>(rank + most)}, {}, "rad"};
+  for (size_t f = 0; f < series.turn_factor.size(); ++f) {
+    const Eigen::MatrixXd& factor = series.turn_factor[f];
+    const Eigen::Index shared = series.covariance_factor[f].cols(), own = factor.cols() - shared;
+    RowMajor whole = RowMajor::Zero(factor.rows(), rank + most);
+    whole.leftCols(shared) = factor.leftCols(shared);
+    whole.middleCols(rank, own) = factor.rightCols(own);
+    turn.values.insert(turn.values.end(), whole.data(), whole.data() + whole.size());
+  }
+  return hdf5::WriteArray(group, "turn", turn, H5T_IEEE_F64LE);
 }
 
 bool WriteOne(hid_t group, const CurveSeries& series) {
@@ -171,12 +205,12 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
     Array covariance{{frames, 3 * nodes, static_cast<hsize_t>(rank)}, {}, "m"};
     for (const Eigen::MatrixXd& factor : series.covariance_factor) {
       // Columns of zeros change no covariance.
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> whole =
-          Eigen::MatrixXd::Zero(factor.rows(), rank);
+      RowMajor whole = Eigen::MatrixXd::Zero(factor.rows(), rank);
       whole.leftCols(factor.cols()) = factor;
       append(covariance, whole);
     }
-    good = good && hdf5::WriteArray(group, "covariance", covariance, H5T_IEEE_F64LE);
+    good = good && hdf5::WriteArray(group, "covariance", covariance, H5T_IEEE_F64LE) &&
+           WriteTurns(group, series, rank, nodes);
   }
   if (!series.angle.empty()) {
     Array angle{{frames, static_cast<hsize_t>(series.angle.front().size())}, {}, "rad"};

@@ -26,6 +26,10 @@ struct CurveSeries {
                                                    // no entries: not estimated  (3 nodes, rank)
   std::vector<Eigen::VectorXd> angle = {};  // fold angle phi_i of each crease, rad; no entries: not known
                                             //                                        (frames) x (nodes - 1)
+  // G: where points are off by F z, normals are turned about the curve by G z (right-handed about the tangent
+  // from base to tip), rad. Its first columns are those of covariance_factor, z goes on; no entries: not
+  // estimated                                                                        (nodes, rank or more)
+  std::vector<Eigen::MatrixXd> turn_factor = {};
 };
 
 }  // namespace tendril

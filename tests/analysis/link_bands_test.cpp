@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -159,6 +160,60 @@ TEST(LinkBands, TruthLiesInsideAsOftenAsStated) {
   EXPECT_NEAR(inside95, 0.95 * kTrials, 0.06 * kTrials);
 }
 
+FramedCurve WithNormals(FramedCurve curve, const Vector3d& normal) {
+  curve.normals = normal.replicate(1, curve.points.cols());
+  return curve;
+}
+
+// A straight ribbon's self-link is the turn of its tip against its base over 2 pi.
+TEST(LinkBands, TurnsOfTheNormalsSpreadTheSelfLink) {
+  constexpr int kNodes = 20;
+  const double sigma = 0.1;
+  const std::vector<FramedCurve> curves = {
+      WithNormals(Line({0, 0, 0}, {0, 0, 0.5}, kNodes), Vector3d::UnitX())};
+  const std::vector<MatrixXd> still = {MatrixXd::Zero(3 * kNodes, 1)};
+  MatrixXd turn = MatrixXd::Zero(kNodes, 3);
+  turn.col(1).setConstant(1);  // of all together: no twist
+  for (int i = 0; i < kNodes; ++i) turn(i, 2) = sigma * i / (kNodes - 1);
+  const std::vector<MatrixXd> turns = {turn};
+  const auto bands = MeasureLinkBands(curves, still, {}, {.draws = 4000}, {}, turns);
+  ASSERT_TRUE(bands.ok());
+  EXPECT_TRUE(bands.value().normals_drawn);
+  const double expected = sigma / (2 * std::numbers::pi);
+  EXPECT_NEAR(bands.value().curves[0].self_link.standard_deviation, expected, 0.05 * expected);
+  EXPECT_NEAR(bands.value().curves[0].writhe.standard_deviation, 0, 1e-9);
+  const auto without = MeasureLinkBands(curves, still, {});
+  ASSERT_TRUE(without.ok());
+  EXPECT_FALSE(without.value().normals_drawn);
+  EXPECT_NEAR(without.value().curves[0].self_link.standard_deviation, 0, 1e-9);
+}
+
+// A coil that may be turned as a whole: points and normals together, if G says so.
+TEST(LinkBands, ARigidTurnLeavesTheSelfLinkAloneIfNormalsGoWithThePoints) {
+  constexpr int kNodes = 60;
+  const Vector3d turn(0.01, 0.006, -0.008);  // rad
+  FramedCurve coil{Matrix3Xd(3, kNodes), Matrix3Xd(3, kNodes)};
+  MatrixXd factor(3 * kNodes, 1);
+  MatrixXd together(kNodes, 1);
+  for (int i = 0; i < kNodes; ++i) {
+    const double angle = 0.15 * i;
+    coil.points.col(i) << 0.05 * std::cos(angle), 0.05 * std::sin(angle), 0.004 * angle;
+    coil.normals.col(i) << std::cos(angle), std::sin(angle), 0;
+    factor.middleRows<3>(3 * i) = turn.cross(Vector3d(coil.points.col(i)));
+    const Vector3d along(-0.05 * std::sin(angle), 0.05 * std::cos(angle), 0.004);
+    together(i, 0) = turn.dot(along.normalized());
+  }
+  const std::vector<FramedCurve> curves = {coil};
+  const std::vector<MatrixXd> factors = {factor};
+  const std::vector<MatrixXd> turns = {together};
+  const auto with = MeasureLinkBands(curves, factors, {}, {.draws = 200}, {}, turns);
+  const auto without = MeasureLinkBands(curves, factors, {}, {.draws = 200});
+  ASSERT_TRUE(with.ok() && without.ok());
+  const double wrong = without.value().curves[0].self_link.standard_deviation;
+  EXPECT_GT(wrong, 1e-4);
+  EXPECT_LT(with.value().curves[0].self_link.standard_deviation, 0.1 * wrong);
+}
+
 TEST(LinkBands, ACurveThatMeetsItselfIsUndecidedAndABendIsNot) {
   // A loop whose ends cross 1 mm apart.
   FramedCurve loop{Matrix3Xd(3, 41), {}};
@@ -189,6 +244,13 @@ TEST(LinkBands, WhatCannotBeDrawnIsBadInput) {
   EXPECT_EQ(kind({MatrixXd::Zero(6, 2)}, 10), ErrorKind::kBadInput);
   EXPECT_EQ(kind({MatrixXd::Constant(9, 2, std::nan(""))}, 10), ErrorKind::kBadInput);
   EXPECT_EQ(kind({MatrixXd::Zero(9, 2)}, 1), ErrorKind::kBadInput);
+  const std::vector<MatrixXd> factors = {MatrixXd::Zero(9, 2)};
+  for (const std::vector<MatrixXd>& turns : {std::vector<MatrixXd>{MatrixXd::Zero(2, 2)},
+                                             {MatrixXd::Zero(3, 1)},
+                                             {MatrixXd::Constant(3, 2, std::nan(""))},
+                                             {MatrixXd::Zero(3, 2), MatrixXd::Zero(3, 2)}}) {
+    EXPECT_FALSE(MeasureLinkBands(curves, factors, {}, {}, {}, turns).ok());
+  }
 }
 
 }  // namespace

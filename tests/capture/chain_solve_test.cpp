@@ -124,7 +124,7 @@ TEST(SolveChain, ACameraThatIsWrongMovesTheHolesAsForetold) {
   };
   const Descent run = solved(truth.views, SolveChain(truth.model, rig, truth.views).facets);
   const ChainProblem problem = MakeChainProblem(truth.model, rig, truth.views, options);
-  const Eigen::MatrixXd foretold = HolesByCalibration(problem, run, ChainCholesky(run.at.matrix));
+  const Eigen::MatrixXd foretold = PosesByCalibration(problem, run, ChainCholesky(run.at.matrix));
   ASSERT_EQ(foretold.cols(), 12);
   const double share = options.sigma_calibration_px / std::sqrt(3.0);
   // Columns: of each camera, constant, slope across, slope down, in x, then in y.
@@ -145,7 +145,7 @@ TEST(SolveChain, ACameraThatIsWrongMovesTheHolesAsForetold) {
     double size = 0;
     for (std::size_t i = 0; i < run.facets.size(); ++i) {
       const Eigen::Vector3d moved = other.facets[i].hole - run.facets[i].hole;
-      const Eigen::Vector3d told = foretold.block<3, 1>(3 * static_cast<Eigen::Index>(i), column);
+      const Eigen::Vector3d told = foretold.block<3, 1>(6 * static_cast<Eigen::Index>(i) + 3, column);
       off += (moved - told).squaredNorm();
       size += moved.squaredNorm();
     }

@@ -136,6 +136,19 @@ TEST(LinkCommand, BandsSayWhichCrossingIsUndecided) {
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_NE(first.out.find("every crossing is decided"), std::string::npos) << first.out;
 
+  // Normals whose turn is not known, then known.
+  for (CurveSeries& strand : strands) {
+    for (FramedCurve& curve : strand.curves) curve.normals = Eigen::Vector3d::UnitZ().replicate(1, 5);
+  }
+  ASSERT_TRUE(WriteCurves(folder / "framed.h5", strands, "test").ok());
+  const auto still = RunProgram({"link", folder / "framed.h5", "--bands"});
+  EXPECT_NE(still.out.find("states no turn of the normals"), std::string::npos) << still.out << still.err;
+  for (CurveSeries& strand : strands) strand.turn_factor.assign(2, Eigen::MatrixXd::Constant(5, 1, 0.01));
+  ASSERT_TRUE(WriteCurves(folder / "turned.h5", strands, "test").ok());
+  const auto turned = RunProgram({"link", folder / "turned.h5", "--bands", "--json"});
+  ASSERT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_TRUE(nlohmann::json::parse(turned.out)["bands"]["normals_drawn"].get<bool>());
+
   WriteText(folder / "hopf.csv", HopfCsv());
   const auto none = RunProgram({"link", folder / "hopf.csv", "--bands"});
   EXPECT_EQ(none.exit_code, 2);

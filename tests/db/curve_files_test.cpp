@@ -41,6 +41,8 @@ CurveSeries Series(const std::string& name, int frames, int nodes, bool whole) {
         Eigen::VectorXi::NullaryExpr(nodes, [&] { return static_cast<int>(random() % 2); }));
     s.covariance_factor.emplace_back(
         Eigen::MatrixXd::NullaryExpr(3 * nodes, 4, [&] { return normal(random); }));
+    s.turn_factor.emplace_back(
+        Eigen::MatrixXd::NullaryExpr(nodes, 4 + nodes, [&] { return normal(random); }));
     s.angle.emplace_back(Eigen::VectorXd::NullaryExpr(nodes - 1, [&] { return normal(random); }));
   }
   return s;
@@ -58,6 +60,7 @@ void ExpectSame(const CurveSeries& a, const CurveSeries& b) {
   ASSERT_EQ(a.sigma.size(), b.sigma.size());
   ASSERT_EQ(a.interpolated.size(), b.interpolated.size());
   ASSERT_EQ(a.covariance_factor.size(), b.covariance_factor.size());
+  ASSERT_EQ(a.turn_factor.size(), b.turn_factor.size());
   for (size_t f = 0; f < a.curves.size(); ++f) {
     EXPECT_TRUE(Same(a.curves[f].points, b.curves[f].points));
     EXPECT_TRUE(Same(a.curves[f].normals, b.curves[f].normals));
@@ -73,6 +76,9 @@ void ExpectSame(const CurveSeries& a, const CurveSeries& b) {
     }
     if (!a.covariance_factor.empty()) {
       EXPECT_TRUE(Same(a.covariance_factor[f], b.covariance_factor[f]));
+    }
+    if (!a.turn_factor.empty()) {
+      EXPECT_TRUE(Same(a.turn_factor[f], b.turn_factor[f]));
     }
   }
 }
@@ -107,6 +113,23 @@ TEST_F(CurveFiles, BothFormatsKeepEveryBitAndTheOrder) {
   ExpectRoundTrip(folder_ / "one.h5", {Series("one", 1, 1, true)});
   ExpectRoundTrip(folder_ / "one.csv", {Series("one", 1, 1, false)});
   ExpectRoundTrip(folder_ / "none.h5", {Series("no frames", 0, 0, false)});
+}
+
+TEST_F(CurveFiles, TurnsKeepWhatTheyShareWithACovarianceOfFewerColumns) {
+  std::vector<CurveSeries> curves = {Series("a", 2, 3, true)};
+  CurveSeries& a = curves[0];
+  a.covariance_factor[1] = a.covariance_factor[1].leftCols(2).eval();
+  a.turn_factor[1] = a.turn_factor[1].leftCols(3).eval();
+  ASSERT_TRUE(WriteCurves(folder_ / "c.h5", curves, "test").ok());
+  const CurveSeries b = ReadCurves(folder_ / "c.h5").value()[0];
+  const auto both = [](const CurveSeries& s, Eigen::Index columns) {
+    return Eigen::MatrixXd(s.covariance_factor[1] * s.turn_factor[1].leftCols(columns).transpose());
+  };
+  EXPECT_LT((both(a, 2) - both(b, 4)).norm(), 1e-12);
+  EXPECT_LT(
+      (a.turn_factor[1] * a.turn_factor[1].transpose() - b.turn_factor[1] * b.turn_factor[1].transpose())
+          .norm(),
+      1e-12);
 }
 
 TEST_F(CurveFiles, GapsLiveInHdf5AndCsvRefusesThem) {
