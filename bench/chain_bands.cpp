@@ -13,6 +13,7 @@
 #include <numbers>
 #include <string>
 
+#include "capture/track/recall.h"
 #include "model/fold/fold.h"
 #include "tests/support/virtual_views.h"
 
@@ -62,6 +63,55 @@ double LengthOf(const Eigen::Matrix3Xd& holes) {
   return (holes.rightCols(holes.cols() - 1) - holes.leftCols(holes.cols() - 1)).colwise().norm().sum();
 }
 
+// Fold angles by how many facets in a row beside the crease were not seen: 0, 1, 2, 3 and more.
+struct Angles {
+  Share share;
+  double squares = 0;
+  double error = 0;
+  double law = 0;  // the law's own error
+  double variance = 0;
+  double by_pictures = 0;
+};
+using AnglesByGap = std::array<Angles, 4>;
+
+void AddAngles(const ChainSolution& found, const SeenTentacle& truth, AnglesByGap& by_gap) {
+  const auto facets = static_cast<int>(found.facets.size());
+  std::vector<int> run(found.facets.size(), 0);  // facets in a row around here that were not seen
+  for (int i = 0; i < facets;) {
+    int end = i;
+    while (end < facets && found.interpolated[end] != 0) ++end;
+    for (int k = i; k < end; ++k) run[static_cast<std::size_t>(k)] = end - i;
+    i = std::max(end, i + 1);
+  }
+  for (int i = 0; i + 1 < facets; ++i) {
+    if (std::isnan(found.sigma[i]) || std::isnan(found.sigma[i + 1])) continue;
+    const auto k = static_cast<std::size_t>(i);
+    Angles& angles = by_gap[static_cast<std::size_t>(std::min(std::max(run[k], run[k + 1]), 3))];
+    const double error = found.angle[i] - truth.fold_angle[i];
+    angles.share.Add(std::pow(error / found.angle_sigma[i], 2), 1);
+    angles.squares += error * error;
+    angles.error += error;
+    angles.law += truth.model.expected_angle[i] - truth.fold_angle[i];
+    angles.variance += found.angle_sigma[i] * found.angle_sigma[i];
+    angles.by_pictures += found.angle_by_pictures[i];
+  }
+}
+
+void PrintAngles(const AnglesByGap& by_gap) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  for (std::size_t gap = 0; gap < by_gap.size(); ++gap) {
+    const Angles& a = by_gap[gap];
+    const double n = a.share.count;
+    if (n == 0) continue;
+    fmt::print(
+        "  angles, {}{} unseen beside: {:.0f}, {:.2f} deg RMS (mean {:+.2f}, the law's {:+.2f}), stated "
+        "{:.2f}, "
+        "inside {}, by pictures {:.0f} %\n",
+        gap, gap == 3 ? "+" : "", n, kDegrees * std::sqrt(a.squares / n), kDegrees * a.error / n,
+        kDegrees * a.law / n, kDegrees * std::sqrt(a.variance / n), a.share.text(), 100 * a.by_pictures / n);
+  }
+}
+
 // By how much each normal of the truth is turned about the curve against the one found, rad.
 Eigen::VectorXd TurnsBetween(const FramedCurve& found, const FramedCurve& truth) {
   const Eigen::Index last = found.points.cols() - 1;
@@ -84,6 +134,7 @@ struct Case {
   SightOptions sight;
   double calibration_px = 0.2;
   ChainOptions chain;
+  int lag = 0;  // near moments before and after
 };
 
 void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
@@ -101,10 +152,7 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
   std::array<Share, 3> turn;  // of normals: of facets seen, of bridged ones, the tip's less the base's
   double turn_squares = 0;
   double not_seen = 0;
-  double angle_error = 0;
-  double law_error = 0;
-  double angle_squares = 0;
-  int angles = 0;
+  AnglesByGap angles;
   double chi_square = 0;
   double views = 0;
   double rejected = 0;
@@ -129,7 +177,21 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
       const TrueShape shape = TrueShapeAt(truth, time).value();
       const SeenTentacle tentacle =
           testing_support::SeeTentacle(truth, shape, gripper, 0, drawn, glued, cameras, one.sight, random);
-      const ChainSolution found = SolveChain(tentacle.model, told, tentacle.views, one.chain);
+      ChainSolution found = SolveChain(tentacle.model, told, tentacle.views, one.chain);
+      if (one.lag > 0) {  // moments 20 ms apart, as `track --smooth-lag` takes them
+        const MomentAngles now = AnglesOf(time, tentacle.model, found);
+        std::vector<MomentAngles> near;
+        for (int k = -one.lag; k <= one.lag; ++k) {
+          if (k == 0) continue;
+          const double other = std::clamp(time + 0.02 * k, 0.0, 11.0);
+          const SeenTentacle then = testing_support::SeeTentacle(
+              truth, TrueShapeAt(truth, other).value(), gripper, 0, drawn, glued, cameras, one.sight, random);
+          near.push_back(AnglesOf(other, then.model, SolveChain(then.model, told, then.views, one.chain)));
+        }
+        ChainModel model = tentacle.model;
+        model.recalled = RecallAngles(now, near, one.chain);
+        found = SolveChain(model, told, tentacle.views, one.chain, &found);
+      }
       const Eigen::MatrixXd& factor = found.covariance_factor;
       const Eigen::Matrix3Xd error = found.curve.points - tentacle.holes;
       const Eigen::VectorXd turned = TurnsBetween(found.curve, shape.tentacles[0].centerline);
@@ -146,13 +208,7 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
         turn_squares += turned[i] * turned[i];
       }
       const int last = static_cast<int>(error.cols()) - 1;
-      for (int i = 0; i < last; ++i) {  // creases with both facets seen: is the law's error in the answer?
-        if (found.interpolated[i] != 0 || found.interpolated[i + 1] != 0) continue;
-        angle_error += found.angle[i] - tentacle.fold_angle[i];
-        angle_squares += std::pow(found.angle[i] - tentacle.fold_angle[i], 2);
-        law_error += tentacle.model.expected_angle[i] - tentacle.fold_angle[i];
-        ++angles;
-      }
+      AddAngles(found, tentacle, angles);
       ++frames;
       chi_square += found.chi_square;
       views += found.views_used;
@@ -189,15 +245,14 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
              length.text(), tip.text());
   fmt::print(
       "  seen: normal {}, across {}, along {}; bridged: normal {}, across {}, along {}; not seen {:.1f} %, "
-      "chi2 {:.2f}, left out {:.2f} a frame; fold angles {:.2f} deg RMS, mean {:+.2f}, the law's {:+.2f}\n",
+      "chi2 {:.2f}, left out {:.2f} a frame\n",
       seen.axis[0].text(), seen.axis[1].text(), seen.axis[2].text(), bridged.axis[0].text(),
       bridged.axis[1].text(), bridged.axis[2].text(), 100 * not_seen / nodes, chi_square / frames,
-      rejected / frames, 180 / std::numbers::pi * std::sqrt(angle_squares / std::max(angles, 1)),
-      180 / std::numbers::pi * angle_error / std::max(angles, 1),
-      180 / std::numbers::pi * law_error / std::max(angles, 1));
+      rejected / frames);
   fmt::print("  turn of normals, {:.4f} rad RMS: seen {}, bridged {}, tip less base {}\n",
              std::sqrt(turn_squares / (seen.ellipsoid.count + bridged.ellipsoid.count)), turn[0].text(),
              turn[1].text(), turn[2].text());
+  PrintAngles(angles);
   std::fflush(stdout);
 }
 
@@ -217,13 +272,16 @@ int main(int argc, char** argv) {
   const tendril::ChainOptions chain;
   tendril::ChainOptions lawless;
   lawless.fold_law = false;
-  std::vector<tendril::Case> cases = {{"as drawn", {}, 0.2, chain},
-                                      {"calibration 0 px", {}, 0, chain},
-                                      {"calibration 0.4 px", {}, 0.4, chain},
-                                      {"half of the tags", {.kept = 0.5}, 0.2, chain},
-                                      {"every second facet", {.every = 2}, 0.2, chain},
-                                      {"as drawn, no fold law", {}, 0.2, lawless},
-                                      {"half of the tags, no fold law", {.kept = 0.5}, 0.2, lawless},
-                                      {"every second facet, no fold law", {.every = 2}, 0.2, lawless}};
+  std::vector<tendril::Case> cases = {
+      {"as drawn", {}, 0.2, chain},
+      {"calibration 0 px", {}, 0, chain},
+      {"calibration 0.4 px", {}, 0.4, chain},
+      {"half of the tags", {.kept = 0.5}, 0.2, chain},
+      {"every second facet", {.every = 2}, 0.2, chain},
+      {"half of the tags, lag 3", {.kept = 0.5}, 0.2, chain, 3},
+      {"as drawn, no fold law", {}, 0.2, lawless},
+      {"half of the tags, no fold law", {.kept = 0.5}, 0.2, lawless},
+      {"every second facet, no fold law", {.every = 2}, 0.2, lawless},
+      {"half of the tags, no fold law, lag 3", {.kept = 0.5}, 0.2, lawless, 3}};
   for (const tendril::Case& one : cases) tendril::Run(one, first, seeds, moments);
 }

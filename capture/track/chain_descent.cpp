@@ -59,9 +59,66 @@ void AddBase(const ChainProblem& problem, const FacetState& base, Linearised& at
   matrix.diagonal().tail<2>().array() += 1 / (sigma_opening * sigma_opening);
 }
 
-// Adds up views (already fitted), creases and base.
-void Assemble(const ChainProblem& problem, const std::vector<FacetState>& facets,
-              const std::vector<double>& weight, Linearised& at) {
+// Cauchy's loss on a view's chi-square, per view: what is far off hardly pulls.
+double CauchyScale(const ChainOptions& options) { return kCornerNumbers * options.largest_chi_square / 2; }
+
+}  // namespace
+
+ChainProblem MakeChainProblem(const ChainModel& model, std::span<const Camera> cameras,
+                              std::span<const TagView> views, const ChainOptions& options) {
+  ChainProblem problem;
+  problem.model = &model;
+  problem.cameras = cameras;
+  problem.views = views;
+  problem.options = &options;
+  const TentacleLayout& layout = model.layout;
+  const int creases = static_cast<int>(layout.crease_z.size());
+  const Eigen::VectorXd ease = layout.half_spacing.array() / layout.stiffness.array();
+  for (int i = 0; i < creases; ++i) {
+    problem.creases.push_back(GeometryOfCrease(layout, i));
+    // A crease that the law has closed stays closed when the tendon is pulled a little more or less.
+    const bool closed = model.expected_angle[i] > model.closed_angle - 1e-6;
+    problem.priors.push_back(
+        {.expected_angle = options.fold_law ? model.expected_angle[i] : 0.0,
+         .compliance = !options.fold_law ? 1.0
+                       : closed          ? 0.2
+                                         : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
+         .sigma_gap = {options.sigma_gap, options.sigma_gap_flat, options.sigma_gap_flat},
+         .sigma_swing = options.sigma_swing,
+         .sigma_angle = options.sigma_angle,
+         .sigma_walk = options.fold_law ? options.sigma_opening_walk : options.sigma_free_walk});
+  }
+  const RecalledAngles& recalled = model.recalled;
+  for (Eigen::Index i = 0; i < recalled.sigma.size(); ++i) {
+    if (!(recalled.sigma[i] > 0)) continue;
+    problem.priors[static_cast<std::size_t>(i)].recalled_angle = recalled.angle[i];
+    problem.priors[static_cast<std::size_t>(i)].recalled_weight = 1 / recalled.sigma[i];
+  }
+  problem.nominal = NominalChain(model);
+  std::map<int, std::vector<int>> by_tag;
+  for (int v = 0; v < static_cast<int>(views.size()); ++v) by_tag[views[v].place->id].push_back(v);
+  for (auto& [id, members] : by_tag) problem.tags.push_back(std::move(members));
+  return problem;
+}
+
+bool SumOfViews(const Linearised& at, const std::vector<double>& weight, const std::vector<int>& members,
+                ViewFit& sum) {
+  sum = {.cost = 0,
+         .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
+         .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
+  bool any = false;
+  for (const int v : members) {
+    if (!at.views[v] || weight[v] <= 0) continue;
+    any = true;
+    sum.cost += weight[v] * at.views[v]->cost;
+    sum.gradient += weight[v] * at.views[v]->gradient;
+    sum.hessian += weight[v] * at.views[v]->hessian;
+  }
+  return any;
+}
+
+void AddUp(const ChainProblem& problem, const std::vector<FacetState>& facets,
+           const std::vector<double>& weight, Linearised& at) {
   const ChainOptions& options = *problem.options;
   const std::size_t count = facets.size();
   at.matrix.diagonal.assign(count, FacetMatrix::Zero());
@@ -94,58 +151,6 @@ void Assemble(const ChainProblem& problem, const std::vector<FacetState>& facets
   at.cost += at.prior_cost;
 }
 
-// Cauchy's loss on a view's chi-square, per view: what is far off hardly pulls.
-double CauchyScale(const ChainOptions& options) { return kCornerNumbers * options.largest_chi_square / 2; }
-
-}  // namespace
-
-ChainProblem MakeChainProblem(const ChainModel& model, std::span<const Camera> cameras,
-                              std::span<const TagView> views, const ChainOptions& options) {
-  ChainProblem problem;
-  problem.model = &model;
-  problem.cameras = cameras;
-  problem.views = views;
-  problem.options = &options;
-  const TentacleLayout& layout = model.layout;
-  const int creases = static_cast<int>(layout.crease_z.size());
-  const Eigen::VectorXd ease = layout.half_spacing.array() / layout.stiffness.array();
-  for (int i = 0; i < creases; ++i) {
-    problem.creases.push_back(GeometryOfCrease(layout, i));
-    // A crease that the law has closed stays closed when the tendon is pulled a little more or less.
-    const bool closed = model.expected_angle[i] > model.closed_angle - 1e-6;
-    problem.priors.push_back(
-        {.expected_angle = options.fold_law ? model.expected_angle[i] : 0.0,
-         .compliance = !options.fold_law ? 1.0
-                       : closed          ? 0.2
-                                         : std::clamp(ease[i] / ease.mean(), 0.3, 3.0),
-         .sigma_gap = {options.sigma_gap, options.sigma_gap_flat, options.sigma_gap_flat},
-         .sigma_swing = options.sigma_swing,
-         .sigma_angle = options.sigma_angle,
-         .sigma_walk = options.fold_law ? options.sigma_opening_walk : options.sigma_free_walk});
-  }
-  problem.nominal = NominalChain(model);
-  std::map<int, std::vector<int>> by_tag;
-  for (int v = 0; v < static_cast<int>(views.size()); ++v) by_tag[views[v].place->id].push_back(v);
-  for (auto& [id, members] : by_tag) problem.tags.push_back(std::move(members));
-  return problem;
-}
-
-bool SumOfViews(const Linearised& at, const std::vector<double>& weight, const std::vector<int>& members,
-                ViewFit& sum) {
-  sum = {.cost = 0,
-         .gradient = Eigen::Matrix<double, 6, 1>::Zero(),
-         .hessian = Eigen::Matrix<double, 6, 6>::Zero()};
-  bool any = false;
-  for (const int v : members) {
-    if (!at.views[v] || weight[v] <= 0) continue;
-    any = true;
-    sum.cost += weight[v] * at.views[v]->cost;
-    sum.gradient += weight[v] * at.views[v]->gradient;
-    sum.hessian += weight[v] * at.views[v]->hessian;
-  }
-  return any;
-}
-
 void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
   const ChainOptions& options = *problem.options;
   const double scale = CauchyScale(options);
@@ -157,7 +162,7 @@ void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
   };
   FitViews(problem, run.facets, run.at);
   renew();
-  Assemble(problem, run.facets, run.weight, run.at);
+  AddUp(problem, run.facets, run.weight, run.at);
   // Robust weights settle slowly and are only to lead into the right valley: the frozen fit does the rest.
   const double enough = frozen ? 1e-4 : 1e-1;
   double damping = 1e-4;
@@ -185,7 +190,7 @@ void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
       next.facets.push_back(Stepped(run.facets[i], back));
     }
     FitViews(problem, next.facets, next.at);
-    Assemble(problem, next.facets, run.weight, next.at);
+    AddUp(problem, next.facets, run.weight, next.at);
     const bool lost_a_view = [&] {
       for (std::size_t v = 0; v < run.weight.size(); ++v) {
         if (run.weight[v] > 0 && !next.at.views[v]) return true;
@@ -206,7 +211,7 @@ void Descend(const ChainProblem& problem, Descent& run, bool frozen) {
     const double gain = run.at.cost - next.at.cost;
     run.at = std::move(next.at);
     renew();
-    Assemble(problem, run.facets, run.weight, run.at);
+    AddUp(problem, run.facets, run.weight, run.at);
     // Steps of a micrometre and of 20 microradians are far below any sigma.
     if ((largest_turn < 2e-5 && largest_move < 1e-6) || gain < enough * (1 + 1e-3 * run.at.cost)) {
       run.converged = true;

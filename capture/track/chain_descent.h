@@ -50,6 +50,10 @@ struct Descent {
 bool SumOfViews(const Linearised& at, const std::vector<double>& weight, const std::vector<int>& members,
                 ViewFit& sum);
 
+// Adds up views (already fitted, with these weights), creases and base to at's matrix, gradient and costs.
+void AddUp(const ChainProblem& problem, const std::vector<FacetState>& facets,
+           const std::vector<double>& weight, Linearised& at);
+
 // Levenberg-Marquardt under Cauchy's loss per view, the views' weights renewed after every accepted step
 // (frozen: kept).
 void Descend(const ChainProblem& problem, Descent& run, bool frozen);

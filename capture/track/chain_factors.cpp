@@ -75,9 +75,33 @@ double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& bef
   return FoldAngleOf(crease, TurningOf(crease, relative));
 }
 
+AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
+                          const Eigen::Matrix3d& after) {
+  const Eigen::Matrix3d relative = before.transpose() * after;
+  const Turning turning = TurningOf(crease, relative);
+  AngleMotion motion{.angle = FoldAngleOf(crease, turning)};
+  const double square = turning.sine * turning.sine + turning.cosine * turning.cosine;
+  if (!(square > 1e-9)) return motion;
+  const Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d turned_normal = relative * normal;
+  const Eigen::Vector3d turned_across = relative * crease.across;
+  const Eigen::RowVector3d sine_before = crease.across.transpose() * CrossMatrix(turned_normal) -
+                                         normal.transpose() * CrossMatrix(turned_across);
+  const Eigen::RowVector3d cosine_before = normal.transpose() * CrossMatrix(turned_normal) +
+                                           crease.across.transpose() * CrossMatrix(turned_across);
+  const Eigen::RowVector3d sine_after = -crease.across.transpose() * relative * CrossMatrix(normal) +
+                                        normal.transpose() * relative * CrossMatrix(crease.across);
+  const Eigen::RowVector3d cosine_after = -normal.transpose() * relative * CrossMatrix(normal) -
+                                          crease.across.transpose() * relative * CrossMatrix(crease.across);
+  const double scale = 0.5 * crease.turn / square;
+  motion.before = scale * (turning.cosine * sine_before - turning.sine * cosine_before);
+  motion.after = scale * (turning.cosine * sine_after - turning.sine * cosine_after);
+  return motion;
+}
+
 CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, int crease_number,
                       const FacetState& before, const FacetState& after) {
-  constexpr int kResiduals = 8;
+  constexpr int kResiduals = 9;
   constexpr int kAfter = kFacetSize;
   Eigen::Matrix<double, kResiduals, 1> residual;
   Eigen::Matrix<double, kResiduals, 2 * kFacetSize> jacobian;
@@ -104,30 +128,19 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
   jacobian.block<2, 3>(3, kAfter) = -sideways * relative * CrossMatrix(crease.along) / prior.sigma_swing;
 
   // The fold angle.
-  const Turning turning = TurningOf(crease, relative);
-  const double angle = FoldAngleOf(crease, turning);
+  const AngleMotion fold = MotionOfAngle(crease, before.rotation, after.rotation);
   const int parity = crease_number % 2;
   residual[5] =
-      (angle - prior.expected_angle - prior.compliance * before.opening[parity]) / prior.sigma_angle;
-  const double square = turning.sine * turning.sine + turning.cosine * turning.cosine;
-  if (square > 1e-9) {
-    const Eigen::Vector3d turned_normal = relative * normal;
-    const Eigen::Vector3d turned_across = relative * crease.across;
-    const Eigen::RowVector3d sine_before = crease.across.transpose() * CrossMatrix(turned_normal) -
-                                           normal.transpose() * CrossMatrix(turned_across);
-    const Eigen::RowVector3d cosine_before = normal.transpose() * CrossMatrix(turned_normal) +
-                                             crease.across.transpose() * CrossMatrix(turned_across);
-    const Eigen::RowVector3d sine_after = -crease.across.transpose() * relative * CrossMatrix(normal) +
-                                          normal.transpose() * relative * CrossMatrix(crease.across);
-    const Eigen::RowVector3d cosine_after = -normal.transpose() * relative * CrossMatrix(normal) -
-                                            crease.across.transpose() * relative * CrossMatrix(crease.across);
-    const double scale = 0.5 * crease.turn / (square * prior.sigma_angle);
-    jacobian.block<1, 3>(5, 0) = scale * (turning.cosine * sine_before - turning.sine * cosine_before);
-    jacobian.block<1, 3>(5, kAfter) = scale * (turning.cosine * sine_after - turning.sine * cosine_after);
-  }
+      (fold.angle - prior.expected_angle - prior.compliance * before.opening[parity]) / prior.sigma_angle;
+  jacobian.block<1, 3>(5, 0) = fold.before / prior.sigma_angle;
+  jacobian.block<1, 3>(5, kAfter) = fold.after / prior.sigma_angle;
   jacobian(5, 6 + parity) = -prior.compliance / prior.sigma_angle;
 
-  residual.tail<2>() = (after.opening - before.opening) / prior.sigma_walk;
+  residual[8] = prior.recalled_weight * (fold.angle - prior.recalled_angle);
+  jacobian.block<1, 3>(8, 0) = prior.recalled_weight * fold.before;
+  jacobian.block<1, 3>(8, kAfter) = prior.recalled_weight * fold.after;
+
+  residual.segment<2>(6) = (after.opening - before.opening) / prior.sigma_walk;
   jacobian.block<2, 2>(6, 6) = -Eigen::Matrix2d::Identity() / prior.sigma_walk;
   jacobian.block<2, 2>(6, kAfter + 6) = Eigen::Matrix2d::Identity() / prior.sigma_walk;
 

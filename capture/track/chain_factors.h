@@ -44,6 +44,16 @@ CreaseGeometry GeometryOfCrease(const TentacleLayout& layout, int crease);
 double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
                         const Eigen::Matrix3d& after);
 
+// The fold angle, and how it moves with a step w of either facet: d phi = before . w_before + after .
+// w_after.
+struct AngleMotion {
+  double angle = 0;
+  Eigen::RowVector3d before = Eigen::RowVector3d::Zero();
+  Eigen::RowVector3d after = Eigen::RowVector3d::Zero();
+};
+AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
+                          const Eigen::Matrix3d& after);
+
 // What is expected of a crease, and how firmly.
 struct CreasePrior {
   double expected_angle = 0;  // phi by the fold law, rad
@@ -53,6 +63,9 @@ struct CreasePrior {
   double sigma_swing = 0.02;  // turning about other axes than the crease, rad
   double sigma_angle = 0.09;  // phi about its expectation, rad
   double sigma_walk = 0.02;   // change of `opening` from one facet to the next, rad
+  // phi as another moment knows it, rad; weight 1 / sigma, 0: it does not.
+  double recalled_angle = 0;
+  double recalled_weight = 0;
 };
 
 // cost = sum of squared residuals; its gradient / 2 and Gauss-Newton Hessian / 2 over both facets' steps.

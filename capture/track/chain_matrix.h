@@ -13,6 +13,11 @@ struct ChainMatrix {
   std::vector<FacetMatrix> below;     // below[i]: rows of facet i+1, columns of facet i (facets - 1)
 };
 
+struct NearCovariance {
+  FacetMatrix own;
+  FacetMatrix next = FacetMatrix::Zero();  // rows of this facet, columns of the next
+};
+
 class ChainCholesky {
  public:
   // Of matrix + damping * (its diagonal). ok() is false unless that is positive definite.
@@ -26,17 +31,13 @@ class ChainCholesky {
   // Covariance of each facet's pose step (w, v), whatever the others do.            (facets)
   std::vector<Eigen::Matrix<double, 6, 6>> PoseCovariances() const;
 
-  // Covariance of all holes: the inverse's rows and columns that move the holes.      (3 facets, 3 facets)
-  Eigen::MatrixXd HoleCovariance() const;
+  // Covariance of each facet's step, and with that of the facet after it.         (facets)
+  std::vector<NearCovariance> NearCovariances() const;
 
   // Covariance of all facets' pose steps (w, v).                                    (6 facets, 6 facets)
   Eigen::MatrixXd PoseCovariance() const;
 
  private:
-  // Of the numbers kFirst .. kFirst + kCount - 1 of each facet's step.
-  template <int kFirst, int kCount>
-  Eigen::MatrixXd Covariance() const;
-
   bool ok_ = false;
   std::vector<Eigen::LLT<FacetMatrix>> factor_;
   std::vector<FacetMatrix> coupling_;  // L_{i+1,i}

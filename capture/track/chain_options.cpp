@@ -9,6 +9,7 @@ ChainOptions LoadedTentacles() {
   loaded.sigma_swing = 0.045;
   loaded.sigma_angle = 0.05;
   loaded.sigma_opening_walk = 0.015;
+  loaded.sigma_recall_walk = 0.1;
   return loaded;
 }
 

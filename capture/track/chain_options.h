@@ -31,8 +31,11 @@ struct ChainOptions {
   // false: the law's angles hold nothing, so that curves may calibrate the law. Even and odd creases are each
   // about as far open as their neighbours, and that is all; the law only helps to find the start.
   bool fold_law = true;
-  double sigma_free_opening = 1.0;   // without the law: phi of the first crease of either kind about 0, rad
-  double sigma_free_walk = 0.05;     // likewise its change from one crease to the next, rad
+  double sigma_free_opening = 1.0;  // without the law: phi of the first crease of either kind about 0, rad
+  double sigma_free_walk = 0.05;    // likewise its change from one crease to the next, rad
+  // What a crease out of sight was seen to do at another moment (capture/track/recall.h):
+  double sigma_recall_walk = 0.01;   // how far it left what the law says of its change, rad per root of s
+  double sigma_recall_change = 0.2;  // and of that change itself, share (without the law: 1)
   double sigma_base_place = 1.5e-3;  // hole 0 against its nominal place, each axis, m
   double sigma_base_turn = 0.03;     // its facet likewise, about other axes than the crease, rad
   double sigma_base_fold = 0.15;     // and about its crease, rad

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "capture/track/chain_angles.h"
 #include "capture/track/chain_calibration.h"
 #include "capture/track/chain_curve.h"
 #include "capture/track/chain_descent.h"
@@ -137,6 +138,8 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   const auto begin = std::chrono::steady_clock::now();
   const int holes = static_cast<int>(model.layout.hole_z.size());
   TENDRIL_CHECK(holes >= 1 && model.expected_angle.size() == holes - 1);
+  TENDRIL_CHECK(model.recalled.angle.size() == model.recalled.sigma.size() &&
+                (model.recalled.sigma.size() == 0 || model.recalled.sigma.size() == holes - 1));
   for (const TagView& view : views) {
     TENDRIL_CHECK(view.place != nullptr && view.place->facet >= 0 && view.place->facet < holes);
     TENDRIL_CHECK(view.camera >= 0 && view.camera < static_cast<int>(cameras.size()));
@@ -196,7 +199,12 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   // Where the misfit is larger than the sigmas explain, they are too small by that much.
   const double inflation = std::max(1.0, solution.chi_square);
   Eigen::MatrixXd covariance;  // of the points, then of the normals' turns
+  solution.angle_sigma = Eigen::VectorXd::Constant(holes - 1, std::numeric_limits<double>::quiet_NaN());
+  solution.angle_by_pictures = Eigen::VectorXd::Zero(holes - 1);
   if (cholesky.ok()) {
+    AngleKnowledge angles = KnowledgeOfAngles(problem, *best, cholesky, inflation);
+    solution.angle_sigma = std::move(angles.sigma);
+    solution.angle_by_pictures = std::move(angles.by_pictures);
     Eigen::MatrixXd poses = inflation * cholesky.PoseCovariance();
     if (options.sigma_calibration_px > 0 && solution.views_used > 0) {
       const Eigen::MatrixXd moved = PosesByCalibration(problem, *best, cholesky);

@@ -30,20 +30,30 @@ struct TagView {
   double sigma_px = std::numeric_limits<double>::quiet_NaN();
 };
 
+// Fold angles that other moments know of; entries of sigma NaN, or none: not recalled.
+struct RecalledAngles {
+  Eigen::VectorXd angle;  // phi_i, rad                                                            (creases)
+  Eigen::VectorXd sigma;  // rad                                                                   (creases)
+};
+
 // What is known of a tentacle before it is seen.
 struct ChainModel {
   TentacleLayout layout;
   Eigen::VectorXd expected_angle;  // phi_i by the fold law at the commanded pull, rad             (creases)
   double closed_angle = 1.5707963267948966;                             // phi_max, rad
   Eigen::Isometry3d lab_from_tentacle = Eigen::Isometry3d::Identity();  // where the gripper holds it
+  RecalledAngles recalled = {};
 };
 
 struct ChainSolution {
   std::vector<FacetState> facets;  // (holes)
   Eigen::VectorXd angle;           // phi_i, rad                                                   (creases)
-  FramedCurve curve;               // nodes are the holes, in the lab
-  Eigen::VectorXd sigma;           // root mean square distance to the true hole, m; NaN: not seen   (holes)
-  Eigen::VectorXi interpolated;    // 1: no view of the facet was used                               (holes)
+  Eigen::VectorXd angle_sigma;     // of these, rad; NaN: not known                                (creases)
+  // Share of what is known of phi_i that the pictures tell, 0 to 1; the rest is expectation.       (creases)
+  Eigen::VectorXd angle_by_pictures;
+  FramedCurve curve;             // nodes are the holes, in the lab
+  Eigen::VectorXd sigma;         // root mean square distance to the true hole, m; NaN: not seen   (holes)
+  Eigen::VectorXi interpolated;  // 1: no view of the facet was used                               (holes)
   // F F^T is about the covariance of the points (x0 y0 z0 x1 ...), each point's own exact; also for nodes
   // that were not seen. Empty if covariance_rank is 0.                                       (3 holes, rank)
   Eigen::MatrixXd covariance_factor;

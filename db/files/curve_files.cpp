@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "db/files/curve_formats.h"
 
@@ -61,6 +62,8 @@ std::string Disagreement(const CurveSeries& series) {
   for (const std::string& problem :
        {per_frame("sigma", series.sigma.size()), per_frame("interpolated", series.interpolated.size()),
         per_frame("covariance", series.covariance_factor.size()), per_frame("angle", series.angle.size()),
+        per_frame("angle_sigma", series.angle_sigma.size()),
+        per_frame("angle_by_pictures", series.angle_by_pictures.size()),
         per_frame("turn", series.turn_factor.size())}) {
     if (!problem.empty()) return problem;
   }
@@ -72,9 +75,12 @@ std::string Disagreement(const CurveSeries& series) {
       return fmt::format("{} interpolated for {} nodes", interpolated.size(), nodes);
     }
   }
-  for (const auto& angle : series.angle) {
-    if (angle.size() != nodes - 1) {
-      return fmt::format("{} angles for {} nodes, expected one less", angle.size(), nodes);
+  for (const auto& [what, values] : {std::pair{"angles", &series.angle},
+                                     {"sigmas of angles", &series.angle_sigma},
+                                     {"shares of angles by pictures", &series.angle_by_pictures}}) {
+    for (const Eigen::VectorXd& per_crease : *values) {
+      if (per_crease.size() != nodes - 1)
+        return fmt::format("{} {} for {} nodes, expected one less", per_crease.size(), what, nodes);
     }
   }
   for (const auto& factor : series.covariance_factor) {

@@ -1,8 +1,8 @@
 #pragma once
 // Framed curves on disk (docs/formats.md): CSV `[frame,time,]curve,node,x,y,z[,nx,ny,nz]` and HDF5
 // `/curve/<name>/points` [frames, nodes, 3], `normals`, `sigma`, `time`, `covariance`, `interpolated`,
-// `angle`, `turn`; beside curves of a simulation, where its objects were: `/object/<name>/position` [frames,
-// 3], `orientation` [frames, 4] (x, y, z, w), `force` [frames, 3], `time`.
+// `angle`, `angle_sigma`, `angle_by_pictures`, `turn`; beside curves of a simulation, where its objects were:
+// `/object/<name>/position` [frames, 3], `orientation` [frames, 4] (x, y, z, w), `force` [frames, 3], `time`.
 //
 // Metres, seconds, newtons, lab frame. Both keep every double of a curve to the last bit; CSV holds points
 // and normals only.

@@ -76,6 +76,16 @@ void CheckPoints(CurveReader& reader, const std::string& name, const Array& arra
   }
 }
 
+// Optional datasets of one number per crease and frame.
+struct PerCrease {
+  const char* name;
+  const char* unit;
+  std::vector<Eigen::VectorXd> CurveSeries::*values;
+};
+constexpr PerCrease kPerCrease[] = {{"angle", "rad", &CurveSeries::angle},
+                                    {"angle_sigma", "rad", &CurveSeries::angle_sigma},
+                                    {"angle_by_pictures", "1", &CurveSeries::angle_by_pictures}};
+
 CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
   CurveSeries series;
   series.name = name;
@@ -125,9 +135,16 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
                               covariance.shape.empty() ? "missing" : std::to_string(covariance.shape[2])));
     }
   }
-  Array angle;
-  if (hdf5::Has(reader.group, "angle"))
-    angle = reader.Read("angle", {frames, nodes > 0 ? nodes - 1 : 0}, "rad");
+  for (const PerCrease& what : kPerCrease) {
+    if (!hdf5::Has(reader.group, what.name)) continue;
+    const size_t creases = nodes > 0 ? nodes - 1 : 0;
+    const Array values = reader.Read(what.name, {frames, creases}, what.unit);
+    for (size_t f = 0; f < frames && reader.status.ok(); ++f) {
+      (series.*what.values)
+          .emplace_back(Eigen::Map<const Eigen::VectorXd>(values.values.data() + f * creases,
+                                                          static_cast<Eigen::Index>(creases)));
+    }
+  }
   if (!reader.status.ok()) return series;
 
   series.time = Eigen::Map<const Eigen::VectorXd>(time.values.data(), static_cast<Eigen::Index>(frames));
@@ -145,11 +162,6 @@ CurveSeries ReadOne(CurveReader& reader, const std::string& name) {
     }
     if (!covariance.shape.empty()) series.covariance_factor.push_back(MatrixOf(covariance, f));
     if (!turn.shape.empty()) series.turn_factor.push_back(MatrixOf(turn, f));
-    if (!angle.shape.empty()) {
-      const auto creases = static_cast<Eigen::Index>(angle.shape[1]);
-      series.angle.emplace_back(
-          Eigen::Map<const Eigen::VectorXd>(angle.values.data() + f * static_cast<size_t>(creases), creases));
-    }
   }
   return series;
 }
@@ -212,10 +224,12 @@ bool WriteOne(hid_t group, const CurveSeries& series) {
     good = good && hdf5::WriteArray(group, "covariance", covariance, H5T_IEEE_F64LE) &&
            WriteTurns(group, series, rank, nodes);
   }
-  if (!series.angle.empty()) {
-    Array angle{{frames, static_cast<hsize_t>(series.angle.front().size())}, {}, "rad"};
-    for (const Eigen::VectorXd& values : series.angle) append(angle, values);
-    good = good && hdf5::WriteArray(group, "angle", angle, H5T_IEEE_F64LE);
+  for (const PerCrease& what : kPerCrease) {
+    const std::vector<Eigen::VectorXd>& values = series.*what.values;
+    if (values.empty()) continue;
+    Array array{{frames, static_cast<hsize_t>(values.front().size())}, {}, what.unit};
+    for (const Eigen::VectorXd& frame : values) append(array, frame);
+    good = good && hdf5::WriteArray(group, what.name, array, H5T_IEEE_F64LE);
   }
   return good;
 }

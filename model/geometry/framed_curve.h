@@ -26,6 +26,10 @@ struct CurveSeries {
                                                    // no entries: not estimated  (3 nodes, rank)
   std::vector<Eigen::VectorXd> angle = {};  // fold angle phi_i of each crease, rad; no entries: not known
                                             //                                        (frames) x (nodes - 1)
+  std::vector<Eigen::VectorXd> angle_sigma = {};  // of these, rad; NaN or no entries: not known
+  // Share of what is known of these that pictures told, 0 to 1 (the rest is what a model expects); no
+  // entries: not known
+  std::vector<Eigen::VectorXd> angle_by_pictures = {};
   // G: where points are off by F z, normals are turned about the curve by G z (right-handed about the tangent
   // from base to tip), rad. Its first columns are those of covariance_factor, z goes on; no entries: not
   // estimated                                                                        (nodes, rank or more)

@@ -161,7 +161,8 @@ TEST(ChainCholesky, AgreesWithTheDenseInverse) {
     const Eigen::MatrixXd inverse = dense.inverse();
     const ChainCholesky cholesky(matrix);
     ASSERT_TRUE(cholesky.ok());
-    const Eigen::MatrixXd holes = cholesky.HoleCovariance();
+    const Eigen::MatrixXd all = cholesky.PoseCovariance();
+    const std::vector<NearCovariance> near = cholesky.NearCovariances();
     const auto poses = cholesky.PoseCovariances();
     std::vector<FacetVector> right(static_cast<std::size_t>(facets), FacetVector::Ones());
     const std::vector<FacetVector> x = cholesky.Solve(right);
@@ -170,11 +171,15 @@ TEST(ChainCholesky, AgreesWithTheDenseInverse) {
       const auto at = static_cast<std::size_t>(i);
       EXPECT_LT((x[at] - expected.segment<kFacetSize>(kFacetSize * i)).norm(), 1e-12);
       EXPECT_LT((poses[at] - inverse.block<6, 6>(kFacetSize * i, kFacetSize * i)).norm(), 1e-12);
+      const auto block = [&](int j) {
+        return inverse.block<kFacetSize, kFacetSize>(kFacetSize * i, kFacetSize * j);
+      };
+      EXPECT_LT((near[at].own - block(i)).norm(), 1e-12);
+      if (i + 1 < facets) {
+        EXPECT_LT((near[at].next - block(i + 1)).norm(), 1e-12);
+      }
       for (int j = 0; j < facets; ++j) {
-        EXPECT_LT(
-            (holes.block<3, 3>(3 * i, 3 * j) - inverse.block<3, 3>(kFacetSize * i + 3, kFacetSize * j + 3))
-                .norm(),
-            1e-12);
+        EXPECT_LT((all.block<6, 6>(6 * i, 6 * j) - block(j).topLeftCorner<6, 6>()).norm(), 1e-12);
       }
     }
   }

@@ -287,6 +287,51 @@ TEST(SolveChain, WithoutTheFoldLawAWrongLawDoesNotMoveTheAnswer) {
   EXPECT_GT(turned(true), 1e-2);
 }
 
+TEST(SolveChain, SaysWhichFoldAnglesThePicturesTell) {
+  const std::vector<Camera> rig = CamerasAround(4);
+  std::mt19937_64 random(12);
+  double normalised = 0;  // sum of (error / sigma)^2
+  int angles = 0;
+  for (int draw = 0; draw < 6; ++draw) {
+    const Truth truth = MakeTruth({}, 0.15, rig, {}, {}, random);
+    std::vector<TagView> views;
+    for (const TagView& view : truth.views) {
+      const int facet = view.place->facet;
+      if (facet != 10 && (facet < 20 || facet > 24))
+        views.push_back(view);  // one gap of one facet, one of five
+    }
+    const ChainSolution solution = SolveChain(truth.model, rig, views);
+    const Eigen::VectorXd& told = solution.angle_by_pictures;
+    EXPECT_TRUE(((told.array() >= 0) && (told.array() <= 1)).all());
+    EXPECT_GT(told[9], 0.4);
+    EXPECT_LT(told[22], 0.15);
+    EXPECT_LT(solution.angle_sigma[9], solution.angle_sigma[22]);
+    for (int i = 0; i < told.size(); ++i) {
+      if (solution.interpolated[i] + solution.interpolated[i + 1] > 0) continue;
+      EXPECT_GT(told[i], 0.6) << i;
+      EXPECT_GT(told[i], told[9]) << i;
+      EXPECT_LT(solution.angle_sigma[i], solution.angle_sigma[9]) << i;
+    }
+    for (int i = 0; i < told.size(); ++i) {
+      const double angle =
+          FoldAngleBetween(GeometryOfCrease(truth.model.layout, i), truth.lab_from_sheet[i].linear(),
+                           truth.lab_from_sheet[i + 1].linear());
+      normalised += std::pow((solution.angle[i] - angle) / solution.angle_sigma[i], 2);
+      ++angles;
+    }
+  }
+  EXPECT_GT(normalised / angles, 0.4);
+  EXPECT_LT(normalised / angles, 1.3);
+}
+
+TEST(SolveChain, WithoutATagThePicturesTellNoAngle) {
+  const std::vector<Camera> rig = CamerasAround(2);
+  std::mt19937_64 random(2);
+  const ChainSolution solution = SolveChain(MakeTruth({}, 0.2, rig, {}, {}, random).model, rig, {});
+  EXPECT_LT(solution.angle_by_pictures.maxCoeff(), 1e-3);
+  EXPECT_TRUE(solution.angle_sigma.allFinite());
+}
+
 TEST(SolveChain, TheCovarianceFactorHasTheStatedSigmas) {
   const std::vector<Camera> rig = CamerasAround(2);
   std::mt19937_64 random(6);

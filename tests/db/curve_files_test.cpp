@@ -43,7 +43,8 @@ CurveSeries Series(const std::string& name, int frames, int nodes, bool whole) {
         Eigen::MatrixXd::NullaryExpr(3 * nodes, 4, [&] { return normal(random); }));
     s.turn_factor.emplace_back(
         Eigen::MatrixXd::NullaryExpr(nodes, 4 + nodes, [&] { return normal(random); }));
-    s.angle.emplace_back(Eigen::VectorXd::NullaryExpr(nodes - 1, [&] { return normal(random); }));
+    for (auto* values : {&s.angle, &s.angle_sigma, &s.angle_by_pictures})
+      values->emplace_back(Eigen::VectorXd::NullaryExpr(nodes - 1, [&] { return normal(random); }));
   }
   return s;
 }
@@ -70,9 +71,12 @@ void ExpectSame(const CurveSeries& a, const CurveSeries& b) {
     if (!a.interpolated.empty()) {
       EXPECT_EQ(a.interpolated[f], b.interpolated[f]);
     }
-    ASSERT_EQ(a.angle.size(), b.angle.size());
-    if (!a.angle.empty()) {
-      EXPECT_TRUE(Same(a.angle[f], b.angle[f]));
+    for (const auto values :
+         {&CurveSeries::angle, &CurveSeries::angle_sigma, &CurveSeries::angle_by_pictures}) {
+      ASSERT_EQ((a.*values).size(), (b.*values).size());
+      if (!(a.*values).empty()) {
+        EXPECT_TRUE(Same((a.*values)[f], (b.*values)[f]));
+      }
     }
     if (!a.covariance_factor.empty()) {
       EXPECT_TRUE(Same(a.covariance_factor[f], b.covariance_factor[f]));
