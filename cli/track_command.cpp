@@ -23,6 +23,7 @@ struct TrackCall {
   bool from_detections = false;
   bool overlay = false;
   bool no_fold_law = false;
+  int smooth_lag = 0;
   std::string level = "standard";
   std::string load = "auto";
   int threads = 2;
@@ -64,6 +65,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   options.from_detections = call.from_detections;
   options.threads = call.threads;
   options.fold_law = !call.no_fold_law;
+  options.smooth_lag = call.smooth_lag;
   const Result<std::optional<TagTrackLevel>> level = TagLevelOf(call.level);
   if (!level.ok()) return Error(level.error()).Within("--level");
   options.tag_level = level.value();
@@ -77,6 +79,7 @@ Status RunTrack(const TrackCall& call, Output& out) {
   fields["trial"] = id.value();
   fields["load"] = tracked.value().touching ? "contact" : "free";
   fields["fold_law"] = options.fold_law;
+  fields["smooth_lag"] = options.smooth_lag;
   fields["frames"] = tracked.value().frames;
   fields["detections"] = tracked.value().detections.size();
   fields["unknown_tags"] = tracked.value().unknown_tags;
@@ -89,20 +92,23 @@ Status RunTrack(const TrackCall& call, Output& out) {
   if (!options.fold_law)
     out.Print("without the fold law (--no-fold-law): the pull says nothing of the folds");
   PrintCameras(tracked.value(), call.level, out);
-  out.Print("{:<12} {:>8} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "reprojection px",
-            "median sigma mm", "tags used", "rejected");
+  out.Print("{:<12} {:>8} {:>14} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "angles told %",
+            "reprojection px", "median sigma mm", "tags used", "rejected");
   for (size_t i = 0; i < tracked.value().tentacles.size(); ++i) {
     const TrackedTentacle& t = tracked.value().tentacles[i];
     const std::string& name = tracked.value().curves[i].name;
     fields["tentacles"].push_back({{"name", name},
                                    {"seen_fraction", t.seen_fraction},
+                                   {"angles_told_fraction", t.told_fraction},
                                    {"rms_reprojection_px", NumberOrNull(t.rms_reprojection_px)},
                                    {"median_sigma_mm", NumberOrNull(1e3 * t.median_sigma)},
                                    {"views_used", t.views_used},
                                    {"views_rejected", t.views_rejected}});
-    out.Print("{:<12} {:>8.1f} {:>16.3f} {:>16.3f} {:>10} {:>10}", name, 100 * t.seen_fraction,
-              t.rms_reprojection_px, 1e3 * t.median_sigma, t.views_used, t.views_rejected);
+    out.Print("{:<12} {:>8.1f} {:>14.1f} {:>16.3f} {:>16.3f} {:>10} {:>10}", name, 100 * t.seen_fraction,
+              100 * t.told_fraction, t.rms_reprojection_px, 1e3 * t.median_sigma, t.views_used,
+              t.views_rejected);
   }
+  out.Print("angles told: creases of whose fold the pictures tell as much as the model does, or more");
   const std::string curves = (lab.value().TrialFolder(id.value()) / "curves.h5").string();
   fields["curves"] = curves;
   out.Print("curves: {}", curves);
@@ -134,6 +140,11 @@ Command MakeTrackCommand() {
                 "--no-fold-law", call->no_fold_law,
                 "expect no fold angle from the pull, so that curves which calibrate the fold law owe it "
                 "nothing; what was not seen is less sure");
+            app.add_option("--smooth-lag", call->smooth_lag,
+                           "let creases out of sight be where they were seen in so many frames before or "
+                           "after, count; 0: each frame by itself")
+                ->check(CLI::Range(0, 1000))
+                ->capture_default_str();
             app.add_flag("--overlay", call->overlay,
                          "also draw tags and centerlines over the pictures (overlay.mp4, overlay.png)");
             app.add_option("--level", call->level,

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <deque>
 #include <future>
 #include <limits>
 #include <mutex>
@@ -15,6 +16,7 @@
 
 #include "capture/record/pull_log.h"
 #include "capture/rig/rig.h"
+#include "capture/track/recall.h"
 #include "capture/track/sightings.h"
 #include "capture/track/view_residuals.h"
 #include "db/files/curve_files.h"
@@ -80,8 +82,8 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // One tentacle through all frames, each started also from the frame before.
 Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const PullLog& pulls,
-                     const Sightings& sightings, const ChainOptions& options, TrackedTrial& tracked,
-                     std::vector<ResidualRow>& residuals, SharedProgress& progress) {
+                     const Sightings& sightings, const ChainOptions& options, int lag_moments,
+                     TrackedTrial& tracked, std::vector<ResidualRow>& residuals, SharedProgress& progress) {
   const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, tentacle);
   const Result<TentacleLayout> layout = LayOut(design);
   if (!layout.ok()) return layout.error();
@@ -99,16 +101,12 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
   double squares = 0;
   Eigen::Index seen = 0;
   Eigen::Index nodes = 0;
-  std::optional<ChainSolution> previous;
-  for (std::size_t f = 0; f < frames; ++f) {
-    const double pull =
-        std::clamp(pulls.At(tentacle, sightings.time[f]), 0.0, LargestPull(design.closed_angle));
-    const Result<Fold> fold = SolveFold(design, pull);
-    if (!fold.ok()) return fold.error();
-    model.expected_angle = fold.value().angle;
-    ChainSolution solution =
-        SolveChain(model, rig.cameras, sightings.views[f][static_cast<std::size_t>(tentacle)], options,
-                   previous ? &*previous : nullptr);
+  Eigen::Index told = 0;
+  Eigen::Index creases = 0;
+  const auto views_of = [&](std::size_t f) -> const std::vector<TagView>& {
+    return sightings.views[f][static_cast<std::size_t>(tentacle)];
+  };
+  const auto keep = [&](std::size_t f, const ChainSolution& solution) {
     for (Eigen::Index i = 0; i < solution.sigma.size(); ++i) {
       ++nodes;
       if (solution.interpolated[i] != 0) continue;
@@ -120,18 +118,60 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
     }
     summary.views_used += solution.views_used;
     summary.views_rejected += solution.views_rejected;
-    AppendResiduals(rig.cameras, model.layout, sightings.views[f][static_cast<std::size_t>(tentacle)],
-                    solution, static_cast<std::int64_t>(f), residuals);
+    AppendResiduals(rig.cameras, model.layout, views_of(f), solution, static_cast<std::int64_t>(f),
+                    residuals);
     series.curves.push_back(solution.curve);
     series.angle.push_back(solution.angle);
+    series.angle_sigma.push_back(solution.angle_sigma);
+    series.angle_by_pictures.push_back(solution.angle_by_pictures);
+    for (Eigen::Index i = 0; i < solution.angle_by_pictures.size(); ++i) {
+      told += solution.angle_by_pictures[i] >= 0.5 ? 1 : 0;
+    }
+    creases += solution.angle_by_pictures.size();
     series.sigma.push_back(solution.sigma);
     series.interpolated.push_back(solution.interpolated);
     if (solution.covariance_factor.size() > 0) series.covariance_factor.push_back(solution.covariance_factor);
     if (solution.turn_factor.size() > 0) series.turn_factor.push_back(solution.turn_factor);
-    previous = std::move(solution);
+  };
+
+  // Each moment by itself; with a lag again, once the moments after it are known.
+  const auto lag = static_cast<std::size_t>(lag_moments);
+  std::deque<ChainSolution> alone;  // of the moments that may still be asked for, beside `angles`
+  std::deque<MomentAngles> angles;
+  std::size_t oldest = 0;  // the first of these
+  for (std::size_t f = 0; f < frames + lag; ++f) {
+    if (f < frames) {
+      const double pull =
+          std::clamp(pulls.At(tentacle, sightings.time[f]), 0.0, LargestPull(design.closed_angle));
+      const Result<Fold> fold = SolveFold(design, pull);
+      if (!fold.ok()) return fold.error();
+      model.expected_angle = fold.value().angle;
+      model.recalled = {};
+      alone.push_back(
+          SolveChain(model, rig.cameras, views_of(f), options, alone.empty() ? nullptr : &alone.back()));
+      angles.push_back(AnglesOf(sightings.time[f], model, alone.back()));
+    }
+    if (f < lag) continue;
+    const std::size_t now = f - lag;
+    if (lag == 0) {
+      keep(now, alone.back());
+    } else {
+      const MomentAngles& own = angles[now - oldest];
+      const ChainSolution& own_alone = alone[now - oldest];
+      model.expected_angle = own.expected;
+      model.recalled = RecallAngles(own, std::vector<MomentAngles>(angles.begin(), angles.end()), options);
+      const bool recalls = (model.recalled.sigma.array() > 0).any();
+      keep(now, recalls ? SolveChain(model, rig.cameras, views_of(now), options, &own_alone) : own_alone);
+    }
+    if (now >= lag && alone.size() > 1) {
+      alone.pop_front();
+      angles.pop_front();
+      ++oldest;
+    }
     if (!progress.Step()) return Stopped();
   }
   summary.seen_fraction = nodes > 0 ? static_cast<double>(seen) / static_cast<double>(nodes) : 0;
+  summary.told_fraction = creases > 0 ? static_cast<double>(told) / static_cast<double>(creases) : 0;
   summary.rms_reprojection_px = summary.views_used > 0 ? std::sqrt(squares / summary.views_used) : kNone;
   summary.median_sigma = Median(sigmas);
   return Ok{};
@@ -226,8 +266,8 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   SharedProgress steps(progress, 0.7, 1, static_cast<double>(sightings.time.size() * tracked.curves.size()));
   std::vector<std::vector<ResidualRow>> residuals(tracked.curves.size());
   const Status solved = ForEach(trial.gripper.tentacles, options.threads, [&](int tentacle) {
-    return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, chain, tracked,
-                         residuals[static_cast<std::size_t>(tentacle)], steps);
+    return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, chain, options.smooth_lag,
+                         tracked, residuals[static_cast<std::size_t>(tentacle)], steps);
   });
   if (!solved.ok()) return solved.error();
   for (const std::vector<ResidualRow>& rows : residuals) {

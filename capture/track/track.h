@@ -27,7 +27,8 @@ struct TrackOptions {
   // Whether tentacles touch things (LoadedTentacles) or hang free; none: all but virtual trials', whose pass
   // through what they meet, may touch.
   std::optional<bool> touching;
-  bool fold_law = true;          // false: curves owe nothing to the fold law (ChainOptions::fold_law)
+  bool fold_law = true;  // false: curves owe nothing to the fold law (ChainOptions::fold_law)
+  int smooth_lag = 0;    // moments before and after that a crease out of sight is recalled from (recall.h)
   bool from_detections = false;  // start from the folder's detections.csv; the videos are not read
   int threads = 2;               // pictures, then tentacles, that are worked on at once
   // Pictures of two cameras belong together if their host times differ by less than this share of camera 0's
@@ -36,7 +37,8 @@ struct TrackOptions {
 };
 
 struct TrackedTentacle {
-  double seen_fraction = 0;        // nodes whose facet was seen, over all frames
+  double seen_fraction = 0;  // nodes whose facet was seen, over all frames
+  double told_fraction = 0;  // creases whose fold angle the pictures tell at least as much of as the model
   double rms_reprojection_px = 0;  // NaN: no view was used
   double median_sigma = 0;         // of the seen nodes, m; NaN: none
   int views_used = 0;

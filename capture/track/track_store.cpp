@@ -77,6 +77,11 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
                             {"sigma_base_turn_rad", chain.sigma_base_turn},
                             {"sigma_base_fold_rad", chain.sigma_base_fold},
                             {"largest_chi_square", chain.largest_chi_square}};
+  if (options.smooth_lag > 0) {
+    parameters["smooth_lag"] = options.smooth_lag;
+    parameters["sigma_recall_walk"] = chain.sigma_recall_walk;
+    parameters["sigma_recall_change"] = chain.sigma_recall_change;
+  }
   if (!chain.fold_law) {
     parameters["sigma_free_opening_rad"] = chain.sigma_free_opening;
     parameters["sigma_free_walk_rad"] = chain.sigma_free_walk;
