@@ -14,7 +14,6 @@
 #include "analysis/study/plots.h"
 #include "cli/score_trial.h"
 #include "db/files/curve_files.h"
-#include "db/files/recording_logs.h"
 #include "db/files/trial_toml.h"
 
 namespace tendril::cli {
@@ -63,45 +62,6 @@ Panel Projection(const std::vector<CurveSeries>& curves, const std::vector<Curve
     for (PlotSeries* series : {&line, &seen, &bridged}) panel.series.push_back(std::move(*series));
   }
   return panel;
-}
-
-// Sum of the tangent's turns from segment to segment, as a vector along the axis of each turn, rad, and the
-// length. NaN if a node has no position or two nodes coincide.
-struct Turning {
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
-  double length = 0;
-};
-
-Turning TurningOf(const Eigen::Matrix3Xd& points) {
-  Turning sum;
-  Eigen::Vector3d before = Eigen::Vector3d::Zero();
-  for (Eigen::Index i = 0; i + 1 < points.cols(); ++i) {
-    const Eigen::Vector3d along = points.col(i + 1) - points.col(i);
-    const Eigen::Vector3d tangent = along / along.norm();
-    sum.length += along.norm();
-    if (i > 0) {
-      const Eigen::Vector3d axis = before.cross(tangent);
-      const double sine = axis.norm();
-      if (!(sine <= 0)) sum.turn += axis / sine * std::atan2(sine, before.dot(tangent));
-    }
-    before = tangent;
-  }
-  return sum;
-}
-
-// Net curvature over time, 1/m; NaN where a node has no position.
-std::vector<double> NetCurvature(const CurveSeries& series) {
-  std::vector<Turning> turns;
-  Eigen::Vector3d main_axis = Eigen::Vector3d::Zero();
-  for (const FramedCurve& curve : series.curves) {
-    turns.push_back(TurningOf(curve.points));
-    if (turns.back().turn.norm() > main_axis.norm()) main_axis = turns.back().turn;
-  }
-  if (main_axis.norm() > 0) main_axis.normalize();
-  std::vector<double> curvature;
-  curvature.reserve(turns.size());
-  for (const Turning& t : turns) curvature.push_back(t.turn.dot(main_axis) / t.length);
-  return curvature;
 }
 
 }  // namespace
@@ -157,69 +117,6 @@ Status PlotCenterlines(const std::vector<CurveSeries>& curves, const std::vector
   figure.columns = 2;
   figure.panels = {Projection(curves, truth, shown, 0, 2, title + ", from the side"),
                    Projection(curves, truth, shown, 1, 2, title + ", from the front")};
-  return DrawFigure(figure, file);
-}
-
-Status PlotCurvature(const std::vector<CurveSeries>& curves, const fs::path& servo_log,
-                     std::int64_t started_ns, const std::string& command_label, const fs::path& file) {
-  std::map<int, PlotSeries> commands;
-  if (!servo_log.empty()) {
-    const Result<std::vector<ServoRow>> rows = ReadServoLog(servo_log);
-    if (!rows.ok()) return rows.error();
-    for (const ServoRow& row : rows.value()) {
-      if (!row.command) continue;
-      PlotSeries& series = commands[row.servo];
-      series.x.push_back(1e-9 * static_cast<double>(row.host_ns - started_ns));
-      series.y.push_back(*row.command);
-    }
-    if (commands.empty()) {
-      return Error{ErrorKind::kBadInput, servo_log.string() + ": no row has a command to plot against"};
-    }
-  }
-  Panel over_time;
-  over_time.title = "Curvature over time";
-  over_time.x_label = "time (s)";
-  over_time.y_label = "net curvature (1/m)";
-  Panel against;
-  against.title = "Curvature against actuation";
-  against.x_label = command_label;
-  against.y_label = over_time.y_label;
-  for (std::size_t c = 0; c < curves.size(); ++c) {
-    PlotSeries curvature;
-    curvature.name = curves[c].name;
-    curvature.x.assign(curves[c].time.begin(), curves[c].time.end());
-    curvature.y = NetCurvature(curves[c]);
-    if (!commands.empty()) {
-      // Servo c pulls curve c; one servo alone pulls all. The last command before a frame is the one that
-      // acts.
-      const auto own = commands.find(static_cast<int>(c));
-      const PlotSeries& command = own != commands.end() ? own->second : commands.begin()->second;
-      PlotSeries loop = curvature;
-      loop.style = PlotSeries::Style::kLineAndPoints;
-      for (double& x : loop.x) {
-        const auto after = std::upper_bound(command.x.begin(), command.x.end(), x);
-        x = after == command.x.begin() ? std::numeric_limits<double>::quiet_NaN()
-                                       : command.y[static_cast<std::size_t>(after - command.x.begin()) - 1];
-      }
-      against.series.push_back(std::move(loop));
-    }
-    over_time.series.push_back(std::move(curvature));
-  }
-  Figure figure;
-  figure.panels = {std::move(over_time)};
-  if (!commands.empty()) {
-    Panel command;
-    command.title = "Actuation over time";
-    command.x_label = "time (s)";
-    command.y_label = command_label;
-    for (auto& [servo, series] : commands) {
-      series.name = fmt::format("servo {}", servo);
-      command.series.push_back(std::move(series));
-    }
-    figure.columns = 3;
-    figure.panels.push_back(std::move(command));
-    figure.panels.push_back(std::move(against));
-  }
   return DrawFigure(figure, file);
 }
 

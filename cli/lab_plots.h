@@ -1,5 +1,5 @@
 #pragma once
-// Figures of what a lab holds: success rates, centerlines, links and curvature over time. SVG or PNG by the
+// Figures of what a lab holds: success rates, centerlines, links over time. SVG or PNG by the
 // file's extension.
 
 #include <filesystem>
@@ -27,13 +27,5 @@ Status PlotCenterlines(const std::vector<CurveSeries>& curves, const std::vector
 // A tracked trial's object link and self-link over time.
 Status PlotLinks(const std::filesystem::path& trial_folder, const std::string& title,
                  const std::filesystem::path& file);
-
-// Net curvature of each curve over time: how far its tangent turns about the axis that it turns about most,
-// over its length. With a servo log, also the command over time, and curvature against command.
-//   servo_log  servo.csv, its times relative to started_ns; empty: none
-//   errors     kBadInput a servo log without any command
-Status PlotCurvature(const std::vector<CurveSeries>& curves, const std::filesystem::path& servo_log,
-                     std::int64_t started_ns, const std::string& command_label,
-                     const std::filesystem::path& file);
 
 }  // namespace tendril::cli

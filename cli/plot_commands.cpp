@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/curvature_plot.h"
 #include "cli/lab_option.h"
 #include "cli/lab_plots.h"
 #include "cli/left_out.h"
@@ -19,6 +21,8 @@ namespace {
 struct PlotCall {
   std::string curves;
   std::string servo;
+  std::optional<int> servo_number;
+  std::vector<int> nodes;
   std::string command_label = "commanded pull (fraction)";
   std::string lab;
   std::string trial;
@@ -60,8 +64,14 @@ Status RunCurvature(const PlotCall& call, Output& out) {
     if (!spec.ok()) return spec.error();
     started_ns = spec.value().started_ns;
   }
-  return Drawn(PlotCurvature(curves.value(), call.servo, started_ns, call.command_label, call.file), call,
-               out);
+  CurvaturePlotCall plot{.nodes = std::nullopt,
+                         .servo_log = call.servo,
+                         .started_ns = started_ns,
+                         .servo = call.servo_number,
+                         .command_label = call.command_label,
+                         .file = call.file};
+  if (!call.nodes.empty()) plot.nodes = {call.nodes.front(), call.nodes.back()};
+  return Drawn(PlotCurvature(curves.value(), plot, out), call, out);
 }
 
 Status RunLinkPlot(const PlotCall& call, Output& out) {
@@ -116,13 +126,20 @@ Command MakePlotCurvatureCommand() {
   auto call = std::make_shared<PlotCall>();
   return {
       .path = "plot curvature",
-      .help = "net curvature of each curve over time, and against the actuation",
+      .help =
+          "net curvature of each curve over time and against the actuation, with bands and the width of the "
+          "loop",
       .example = "tendril plot curvature curves.h5 --servo servo.csv --out curvature.svg",
       .declare =
           [call](CLI::App& app) {
             app.add_option("curves", call->curves, "curves file (.csv or .h5; metres)")->required();
             app.add_option("--servo", call->servo,
                            "servo log (CSV) whose command is drawn beside and against it");
+            app.add_option("--servo-number", call->servo_number,
+                           "servo whose command acts (number); else servo c on curve c, or the only one");
+            app.add_option("--nodes", call->nodes, "first,last node that counts (numbers from 0); else all")
+                ->delimiter(',')
+                ->expected(2);
             app.add_option("--command-label", call->command_label, "what the command is, with its unit")
                 ->capture_default_str();
             AddOut(app, *call);

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # From a real soft limb's log to the database: soft_limb.sh LOG.csv [LAB]
 # Converts the log, makes a lab if there is none, imports the trial (nine tags, 101 to 109 from the clamped end),
-# reconstructs the centerline over time and plots its curvature against the actuation of limb 0.
+# reconstructs the centerline over time and plots its curvature, with bands and the loop between rising and falling
+# actuation: of the whole chain against the duty cycle of limb 0, and of either limb (the tags up to the fifth, which
+# sits where they join, and those from it on) against how much warmer its forward actuator is than its reverse one.
 # The log states no scale; SPACING_MM is the distance of neighbouring tags and only scales lengths and curvature.
 set -euo pipefail
 log=${1:?usage: soft_limb.sh LOG.csv [LAB]}
@@ -23,3 +25,8 @@ python3 "$here/soft_limb_convert.py" "$log" "$files"
 trial=$lab/trials/$("$tendril" trials show --lab "$lab" "$label" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])')
 "$tendril" plot curvature "$trial/curves.h5" --servo "$trial/servo.csv" \
   --command-label "duty cycle, forward less reverse" --out "$lab/$label-curvature.svg"
+for limb in 0 1; do
+  "$tendril" plot curvature "$trial/curves.h5" --servo "$files/heat.csv" --servo-number $limb \
+    --nodes $((4 * limb)),$((4 * limb + 4)) --command-label "forward less reverse actuator's temperature (K)" \
+    --out "$lab/$label-limb$limb-curvature.svg"
+done

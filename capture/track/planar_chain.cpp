@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "model/check.h"
 #include "model/median.h"
@@ -96,6 +97,7 @@ Result<PlanarChain> FollowPlanarChain(std::span<const DetectionRow> detections, 
     curve.points = Eigen::Matrix3Xd::Constant(3, nodes, kNotSeen);
     curve.normals = Eigen::Vector3d(0, -1, 0).replicate(1, nodes);  // the tags face the camera
     Eigen::VectorXd sigma = Eigen::VectorXd::Constant(nodes, kNotSeen);
+    Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(3 * nodes, 2 * nodes);
     Eigen::Matrix2Xd plane(2, nodes);
     Eigen::Index seen = 0;
     if (const auto found = centers.find(frame); found != centers.end()) {
@@ -104,10 +106,15 @@ Result<PlanarChain> FollowPlanarChain(std::span<const DetectionRow> detections, 
         if (at == found->second.end()) continue;
         const auto point = options.plane_of_pixel(at->second);
         const auto right = options.plane_of_pixel(at->second + Eigen::Vector2d(1, 0));
-        if (!point || !right) continue;
+        const auto down = options.plane_of_pixel(at->second + Eigen::Vector2d(0, 1));
+        if (!point || !right || !down) continue;
         plane.col(i) = *point;
         curve.points.col(i) = Eigen::Vector3d(point->x(), 0, point->y());
         sigma[i] = options.sigma_px * (*right - *point).norm();
+        for (const auto& [column, moved] : {std::pair{2 * i, *right}, std::pair{2 * i + 1, *down}}) {
+          factor(3 * i, column) = options.sigma_px * (moved.x() - point->x());
+          factor(3 * i + 2, column) = options.sigma_px * (moved.y() - point->y());
+        }
         sum2 += sigma[i] * sigma[i];
         ++seen;
       }
@@ -123,6 +130,7 @@ Result<PlanarChain> FollowPlanarChain(std::span<const DetectionRow> detections, 
     }
     all.curve.curves.push_back(std::move(curve));
     all.curve.sigma.push_back(std::move(sigma));
+    all.curve.covariance_factor.push_back(std::move(factor));
   }
   const auto total = static_cast<double>(nodes * time.size());
   all.seen_fraction = total > 0 ? static_cast<double>(seen_count) / total : 0;

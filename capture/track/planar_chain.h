@@ -24,7 +24,7 @@ struct PlanarChainOptions {
 };
 
 struct PlanarChain {
-  CurveSeries curve;
+  CurveSeries curve;  // covariance: pixels that err for themselves; zero where not seen  (3 nodes, 2 nodes)
   // NaN in frames where a tag of the chain is missing.
   Eigen::VectorXd tip_angle;       // of the last segment against the first, along the chain, rad     (frames)
   Eigen::VectorXd mean_curvature;  // tip_angle / arc length between those segments' middles, 1/m    (frames)

@@ -1,9 +1,13 @@
-// capture/track/planar_chain.h: arcs of known curvature, and gaps that stay gaps.
+// capture/track/planar_chain.h: arcs of known curvature and how sure it is, and gaps that stay gaps.
 #include "capture/track/planar_chain.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "model/geometry/net_curvature.h"
 
 namespace tendril {
 namespace {
@@ -59,8 +63,55 @@ TEST(PlanarChain, WhatWasNotSeenIsNotMadeUp) {
   EXPECT_TRUE(std::isnan(chain.value().curve.sigma[1][4]));
   EXPECT_TRUE(std::isnan(chain.value().curve.curves[1].points(0, 4)));
   EXPECT_FALSE(std::isnan(chain.value().curve.sigma[1][3]));
+  EXPECT_TRUE(chain.value().curve.covariance_factor[1].middleRows(12, 3).isZero(0));
+  EXPECT_NEAR(chain.value().curve.covariance_factor[1].middleRows(9, 3).squaredNorm(),
+              2 * std::pow(0.3 * kScale, 2), 1e-15);
   EXPECT_TRUE(chain.value().curve.sigma[2].array().isNaN().all());
   EXPECT_NEAR(chain.value().seen_fraction, (9 + 8) / 36.0, 1e-12);
+}
+
+// Drawn chains, no real ones: pixels of the tags' centres err by 0.3 px, and the curvature of the true chain
+// is asked to lie in the band that the covariance gives. Seeds 1 to 400, a camera straight on and one that
+// looks askance.
+TEST(PlanarChain, TheTrueCurvatureLiesInsideItsBandAsOftenAsStated) {
+  const auto askance = [](const Eigen::Vector2d& p) -> std::optional<Eigen::Vector2d> {
+    const double depth = 1 - 4e-4 * p.x() - 2e-4 * p.y();
+    return Eigen::Vector2d(kScale * p.x() / depth, -kScale * (p.y() - 0.1 * p.x()) / depth);
+  };
+  for (const bool straight : {true, false}) {
+    auto options = Options();
+    if (!straight) options.plane_of_pixel = askance;
+    const std::vector<DetectionRow> clean = Arcs(12);
+    const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(12, 0, 1.1);
+    const auto truth = FollowPlanarChain(clean, time, options);
+    ASSERT_TRUE(truth.ok());
+    const Eigen::VectorXd true_bend = NetCurvatureOf(truth.value().curve).value;
+    std::normal_distribution<double> error(0, options.sigma_px);
+    int all = 0;
+    int in68 = 0;
+    int in95 = 0;
+    for (int seed = 1; seed <= 400; ++seed) {
+      std::mt19937_64 random(static_cast<std::uint64_t>(seed));
+      std::vector<DetectionRow> rows = clean;
+      for (DetectionRow& row : rows) {
+        const Eigen::Vector2d off(error(random), error(random));
+        row.corners_px.colwise() += off;
+      }
+      const auto chain = FollowPlanarChain(rows, time, options);
+      ASSERT_TRUE(chain.ok());
+      const NetCurvature bend = NetCurvatureOf(chain.value().curve);
+      for (Eigen::Index f = 1; f < 12; ++f) {  // the first is straight
+        const double z = std::abs(bend.value[f] - true_bend[f]) / bend.sigma[f];
+        ++all;
+        in68 += z < 0.99446 ? 1 : 0;
+        in95 += z < 1.95996 ? 1 : 0;
+      }
+    }
+    std::printf("%s: %.1f %% inside 68 %%, %.1f %% inside 95 %%\n", straight ? "straight on" : "askance",
+                100.0 * in68 / all, 100.0 * in95 / all);
+    EXPECT_NEAR(100.0 * in68 / all, 68, 2);
+    EXPECT_NEAR(100.0 * in95 / all, 95, 1);
+  }
 }
 
 TEST(PlanarChain, BadInputIsRefused) {

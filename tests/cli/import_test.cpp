@@ -1,5 +1,5 @@
-// tendril trials import: a made-up limb with a known bend, and what is refused without leaving anything
-// behind.
+// tendril trials import: a made-up limb with a known bend, its loop in tendril plot curvature, and what is
+// refused without leaving anything behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -80,6 +80,67 @@ TEST(TrialsImport, AKnownBendComesBack) {
   ASSERT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_THAT(shown.out, testing::HasSubstr("\"recorded\""));
   EXPECT_EQ(RunProgram(Import(folder, {})).exit_code, 2);  // the label is taken
+}
+
+// Commands up to 0.8 and back in steps of 0.1, twice; the limb bends by 1 rad per command and 0.1 less on the
+// way up.
+TEST(PlotCurvature, TellsTheLoopOfALimbThatFollowsLate) {
+  const TemporaryFolder folder;
+  std::string detections = kDetectionsHeader;
+  std::string frames = kFramesHeader;
+  std::string servo = "host_ns,device_ms,servo,command,position_deg,current_mA,voltage_V,temperature_degC\n";
+  for (int f = 0; f < 33; ++f) {
+    const int step = f % 16;
+    const double command = 0.1 * (step <= 8 ? step : 16 - step);
+    const bool rises = f > 0 && (step > 0 && step <= 8);
+    const double turn = 0.2 + command - (rises ? 0.1 : 0);
+    const std::string ns = std::to_string(kStart + f * 100'000'000LL);
+    frames += std::to_string(f) + "," + std::to_string(f) + "," + ns + "," + ns + ",ok,0\n";
+    servo += ns + ",,0," + std::to_string(command) + ",,,,\n";
+    double x = 100;
+    double y = 300;
+    for (int i = 0; i < 5; ++i) {
+      detections += "0," + std::to_string(f) + "," + std::to_string(i + 1) + ",0,50";
+      for (int c = 0; c < 4; ++c) detections += "," + std::to_string(x) + "," + std::to_string(y);
+      detections += "\n";
+      x += 50 * std::cos(turn * i / 3.0);
+      y -= 50 * std::sin(turn * i / 3.0);
+    }
+  }
+  WriteText(folder / "detections.csv", detections);
+  WriteText(folder / "frames.csv", frames);
+  WriteText(folder / "servo.csv", servo);
+  ASSERT_EQ(RunProgram({"init", folder / "lab"}).exit_code, 0);
+  const auto made = RunProgram(Import(folder, {"--chain", "1,2,3,4,5", "--spacing-mm", "20"}));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::filesystem::path trial = nlohmann::json::parse(made.out)["folder"].get<std::string>();
+  const auto plot = [&](std::vector<std::string> more) {
+    std::vector<std::string> call = {
+        "plot",  "curvature",        trial / "curves.h5", "--servo", trial / "servo.csv",
+        "--out", folder / "loop.svg"};
+    call.insert(call.end(), more.begin(), more.end());
+    return RunProgram(call);
+  };
+  const auto run = plot({"--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "loop.svg"));
+  const auto answer = nlohmann::json::parse(run.out)["curves"][0];
+  EXPECT_EQ(answer["frames_known"], 33);
+  EXPECT_GT(answer["median_sigma_per_m"].get<double>(), 0);
+  const auto& loop = answer["hysteresis"];
+  EXPECT_EQ(loop["cycles"].size(), 2u);
+  EXPECT_NEAR(loop["width_per_m"].get<double>(), -0.1 / (3 * 0.020), 1e-3);
+  EXPECT_LT(loop["standard_error_per_m"].get<double>(), 1e-3);
+  const auto words = plot({});
+  EXPECT_THAT(words.out, testing::HasSubstr("rising less falling is -1.667 1/m"));
+  EXPECT_EQ(plot({"--nodes", "0,3"}).exit_code, 0);
+  for (const std::vector<std::string>& bad :
+       {std::vector<std::string>{"--nodes", "3,4"}, {"--nodes", "0,5"}, {"--servo-number", "7"}}) {
+    const auto refused = plot(bad);
+    EXPECT_EQ(refused.exit_code, 2) << bad[0];
+    EXPECT_THAT(refused.err, testing::HasSubstr(bad[0]));
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
 }
 
 TEST(TrialsImport, BadInputLeavesNothingBehind) {
