@@ -1,6 +1,7 @@
 // multicamera_report FOLDER: how well the tags of a recorded stream of several real cameras triangulate, and
-// how far the cameras' pictures of equal stamp lie apart in time. FOLDER holds cameras.yaml and
-// tag_detections.csv.gz of the tagslam_test data; docs/detection.md quotes what it prints.
+// how far the cameras' pictures of equal stamp lie apart in time (distances against their bands:
+// distance_bands). FOLDER holds cameras.yaml and tag_detections.csv.gz of the tagslam_test data;
+// docs/detection.md quotes what it prints.
 #include <fmt/core.h>
 
 #include <cstdio>
@@ -137,37 +138,11 @@ void PrintSheet(const testing_support::TagStream& stream, const std::vector<Came
   }
 }
 
-// Cameras from the even stamps, lenses refined; distances of the odd ones.
-void PrintDistanceBands(const testing_support::TagStream& stream, const std::vector<MovingTag>& moving) {
-  std::vector<TagInPicture> tags = Half(UnlinkMoving(stream.views, kSlowPx, 0), 0);
-  for (const TagInPicture& tag : UnlinkMoving(stream.views, kSlowPx)) {
-    if (tag.stamp < 0) tags.push_back(tag);
-  }
-  CalibrateFromTagsOptions sheet{.border = kBorder, .cameras = {}};
-  sheet.cameras.folds = 0;
-  sheet.cameras.refine_lenses = true;
-  const auto rig = CalibrateFromTags(stream.cameras, tags, sheet);
-  if (!rig.ok()) {
-    fmt::print("{}\n", rig.error().message);
-    return;
-  }
-  const double corner_px = rig.value().body.rms_px / std::sqrt(2);
-  const auto bands = testing_support::DistancesAgainstBands(
-      rig.value().calibration, testing_support::SlowHalf(moving, kSlowPx, 1), corner_px);
-  fmt::print(
-      "distances of tags fixed to each other, < {} px a frame, odd stamps, corners {:.2f} px: {} of {} "
-      "pairs; "
-      "stated {:.2f} mm (median), scatter {:.2f} mm; {:.1f} % inside 68 %, {:.1f} % inside 95 %\n",
-      kSlowPx, corner_px, bands.distances, bands.pairs, 1e3 * bands.median_sigma, 1e3 * bands.scatter,
-      100.0 * bands.in68 / bands.distances, 100.0 * bands.in95 / bands.distances);
-}
-
 int Main(const char* folder) {
   const auto stream = testing_support::ReadTagStream(folder);
   fmt::print("{} cameras, {} detections\n", stream.cameras.size(), stream.views.size());
   if (stream.cameras.empty() || stream.views.empty()) return 2;
   const std::vector<MovingTag> moving = MotionOf(stream.views);
-  PrintDistanceBands(stream, moving);
   const std::vector<TagInPicture> slow = Between(moving, 0, kSlowPx);
   CalibrateFromTagsOptions apart{.border = kBorder, .tags_move = true, .cameras = {}};
   apart.cameras.folds = 0;

@@ -2,7 +2,6 @@
 // A recorded stream of tag corners from several real cameras (tagslam_test's format, SOURCE.txt), and how
 // well its tags triangulate. Shared by a test and by bench/multicamera_report.cpp.
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,7 +12,6 @@
 #include <fstream>
 #include <map>
 #include <memory>
-#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -157,125 +155,6 @@ inline std::vector<TagInPicture> Between(const std::vector<MovingTag>& moving, d
   return some;
 }
 
-// Cameras as the calibration's own covariance says that they may be.
-inline std::vector<std::vector<Camera>> DrawnCameras(const CameraCalibration& fit, int draws) {
-  const BundleCovariance& sure = fit.covariance;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> split(sure.covariance);
-  const Eigen::MatrixXd factor =
-      split.eigenvectors() * split.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
-  std::vector<std::vector<Camera>> drawn;
-  for (int d = 0; d < draws; ++d) {
-    const Eigen::VectorXd step =
-        factor * Eigen::VectorXd::NullaryExpr(factor.cols(), [&] { return normal(random); });
-    drawn.push_back(fit.cameras);
-    for (size_t c = 0; c < fit.cameras.size(); ++c) {
-      Camera& camera = drawn.back()[c];
-      const Eigen::Index at = sure.intrinsics_at[c];
-      double* first[4] = {&camera.focal_x_px, &camera.focal_y_px, &camera.center_x_px, &camera.center_y_px};
-      for (Eigen::Index i = 0; i < IntrinsicsOf(camera.distortion); ++i)
-        (i < 4 ? *first[i] : camera.coefficients[static_cast<size_t>(i - 4)]) += step[at + i];
-      if (sure.pose_at[c] < 0) continue;
-      Eigen::Isometry3d lab_from_camera = camera.camera_from_lab.inverse();
-      const Eigen::Vector3d turn = step.segment<3>(sure.pose_at[c] + 3);
-      lab_from_camera.translation() += step.segment<3>(sure.pose_at[c]);
-      lab_from_camera.linear() =
-          Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * lab_from_camera.linear();
-      camera.camera_from_lab = lab_from_camera.inverse();
-    }
-  }
-  return drawn;
-}
-
-// Distances of tags that are fixed to each other, over moments, against their stated bands.
-struct DistanceBands {
-  int pairs = 0;  // seen together by two cameras at 5 moments or more
-  int distances = 0;
-  int in68 = 0;  // about their pair's weighted mean
-  int in95 = 0;
-  double median_sigma = 0;  // stated, m
-  double scatter = 0;       // root mean square about the mean, m
-};
-
-// What is stated: the cameras' own covariance (drawn), corners that err by corner_px alone and, as cameras
-// are not triggered together, pictures 15 ms apart, which is what tags that move fast show (the report's last
-// table).
-inline DistanceBands DistancesAgainstBands(const CameraCalibration& fit, const std::vector<MovingTag>& moving,
-                                           double corner_px) {
-  constexpr int kDraws = 100;
-  constexpr double kOffset = 15.0 / 33.3;  // of a picture's interval
-  const std::vector<std::vector<Camera>> drawn = DrawnCameras(fit, kDraws);
-  std::map<std::int64_t, std::map<int, std::vector<const MovingTag*>>> by_stamp;
-  for (const MovingTag& m : moving) by_stamp[m.seen.stamp][m.seen.tag].push_back(&m);
-  struct Distance {
-    double metres = 0;
-    double variance = 0;
-  };
-  struct Center {
-    TriangulatedPoint point;
-    std::vector<Eigen::Vector3d> drawn;  // with the drawn cameras
-  };
-  std::map<std::pair<int, int>, std::vector<Distance>> distances;
-  for (const auto& [stamp, tags] : by_stamp) {
-    std::map<int, Center> centers;
-    for (const auto& [tag, seen_by] : tags) {
-      if (seen_by.size() < 2) continue;
-      std::vector<Sighting> sightings;
-      double variance = 0;
-      for (const MovingTag* m : seen_by) {
-        sightings.push_back({m->seen.camera, m->seen.corners_px.rowwise().mean()});
-        variance += (std::pow(corner_px / 2, 2) + std::pow(kOffset * m->px_per_picture, 2) / 2) /
-                    static_cast<double>(seen_by.size());
-      }
-      const auto point = Triangulate(fit.cameras, sightings, std::sqrt(variance));
-      if (!point) continue;
-      Center center{*point, {}};
-      for (const auto& cameras : drawn) {
-        const auto other = Triangulate(cameras, sightings);
-        center.drawn.push_back(other ? other->in_lab : point->in_lab);
-      }
-      centers.emplace(tag, std::move(center));
-    }
-    for (auto a = centers.begin(); a != centers.end(); ++a) {
-      for (auto b = std::next(a); b != centers.end(); ++b) {
-        const TriangulatedPoint& p = a->second.point;
-        const TriangulatedPoint& q = b->second.point;
-        const double metres = (p.in_lab - q.in_lab).norm();
-        const Eigen::Vector3d along = (p.in_lab - q.in_lab) / metres;
-        double variance = along.dot((p.covariance + q.covariance) * along);
-        for (size_t d = 0; d < drawn.size(); ++d) {
-          const double other = (a->second.drawn[d] - b->second.drawn[d]).norm();
-          variance += std::pow(other - metres, 2) / kDraws;
-        }
-        distances[{a->first, b->first}].push_back({metres, variance});
-      }
-    }
-  }
-  DistanceBands bands;
-  Spread sigma;
-  for (const auto& [pair, all] : distances) {
-    if (all.size() < 5) continue;
-    double weights = 0;
-    double mean = 0;
-    for (const Distance& d : all) weights += 1 / d.variance;
-    for (const Distance& d : all) mean += d.metres / d.variance / weights;
-    ++bands.pairs;
-    for (const Distance& d : all) {
-      const double off = d.metres - mean;
-      const double z = std::abs(off) / std::sqrt(d.variance - 1 / weights);
-      ++bands.distances;
-      bands.in68 += z < 0.99446 ? 1 : 0;
-      bands.in95 += z < 1.95996 ? 1 : 0;
-      bands.scatter += off * off;
-      sigma.values.push_back(std::sqrt(d.variance));
-    }
-  }
-  bands.median_sigma = sigma.At(0.5);
-  bands.scatter = std::sqrt(bands.scatter / std::max(1, bands.distances));
-  return bands;
-}
-
 // Every second stamp, by rank: the rig is fitted to the even ones, the odd ones are new to it.
 inline std::vector<TagInPicture> Half(const std::vector<TagInPicture>& views, int parity) {
   std::set<std::int64_t> stamps;
@@ -287,18 +166,6 @@ inline std::vector<TagInPicture> Half(const std::vector<TagInPicture>& views, in
     if (rank[view.stamp] % 2 == parity) half.push_back(view);
   }
   return half;
-}
-
-// Those of every second stamp, of what moves by less than `fastest` px from picture to picture.
-inline std::vector<MovingTag> SlowHalf(const std::vector<MovingTag>& moving, double fastest, int parity) {
-  std::set<std::pair<std::int64_t, std::pair<int, int>>> kept;
-  for (const TagInPicture& tag : Half(Between(moving, 0, fastest), parity))
-    kept.insert({tag.stamp, {tag.tag, tag.camera}});
-  std::vector<MovingTag> some;
-  for (const MovingTag& m : moving) {
-    if (kept.contains({m.seen.stamp, {m.seen.tag, m.seen.camera}})) some.push_back(m);
-  }
-  return some;
 }
 
 // How far two answers about one camera are apart.
