@@ -1,8 +1,10 @@
 // Are the bands of reconstructed tentacles as wide as they say? True shapes of the virtual rig (facets bent,
 // holes and creases off, sag, tags glued by hand), two cameras that are not quite where the rig file says,
 // every facet tagged: errors, and how often the truth lies inside the stated 68 and 95 %.
-//   bench_chain_bands [first seed] [seeds] [moments]
-// Prints the table of docs/tracking.md. Seeds 1000 .. 1059 were used for tuning; the table's are 7000 on.
+//   bench_chain_bands [rendered [PICTURE.png]] [first seed] [seeds] [moments]
+// Prints the tables of docs/tracking.md. Corners are projected with a noise that is stated; with `rendered`
+// every picture is drawn as `record --source virtual` draws it and searched for tags as `track` does.
+// Seeds 1000 .. 1059 were used for tuning; the tables' are 7000 on, rendered 12000 on.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -11,10 +13,14 @@
 #include <cstdint>
 #include <cstdlib>
 #include <numbers>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/track/recall.h"
 #include "model/fold/fold.h"
+#include "tests/support/tag_film.h"
 #include "tests/support/virtual_views.h"
 
 namespace tendril {
@@ -135,6 +141,8 @@ struct Case {
   double calibration_px = 0.2;
   ChainOptions chain;
   int lag = 0;  // near moments before and after
+  bool rendered = false;
+  std::string picture = {};  // of the first seed's last moment; empty: none
 };
 
 void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
@@ -172,11 +180,27 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
     for (const Camera& camera : told) {
       cameras.push_back(testing_support::MiscalibratedCamera(camera, points, one.calibration_px, random));
     }
+    std::optional<testing_support::TagFilm> film;
+    std::vector<double> times;
+    if (one.rendered) {
+      film.emplace(cameras, drawn, glued, design.hole_diameter, random(), TagTrackLevel::kStandard);
+      for (int m = 0; m < moments; ++m) times.push_back(DrawUniform(random, 0, 11));
+      std::sort(times.begin(), times.end());
+    }
     for (int m = 0; m < moments; ++m) {
-      const double time = DrawUniform(random, 0, 11);
+      const double time = one.rendered ? times[static_cast<std::size_t>(m)] : DrawUniform(random, 0, 11);
       const TrueShape shape = TrueShapeAt(truth, time).value();
-      const SeenTentacle tentacle =
-          testing_support::SeeTentacle(truth, shape, gripper, 0, drawn, glued, cameras, one.sight, random);
+      SeenTentacle tentacle;
+      if (film) {
+        testing_support::FilmedMoment moment = film->Next(shape);
+        tentacle = {testing_support::KnownOf(gripper, design, shape, 0), std::move(moment.views[0]),
+                    shape.tentacles[0].centerline.points, shape.tentacles[0].fold_angle};
+        if (s == 0 && m + 1 == moments && !one.picture.empty()) {
+          cv::imwrite(one.picture, moment.pictures[0]);
+        }
+      } else {
+        tentacle = testing_support::SeeTentacle(shape, gripper, 0, drawn, glued, cameras, one.sight, random);
+      }
       ChainSolution found = SolveChain(tentacle.model, told, tentacle.views, one.chain);
       if (one.lag > 0) {  // moments 20 ms apart, as `track --smooth-lag` takes them
         const MomentAngles now = AnglesOf(time, tentacle.model, found);
@@ -184,8 +208,8 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
         for (int k = -one.lag; k <= one.lag; ++k) {
           if (k == 0) continue;
           const double other = std::clamp(time + 0.02 * k, 0.0, 11.0);
-          const SeenTentacle then = testing_support::SeeTentacle(
-              truth, TrueShapeAt(truth, other).value(), gripper, 0, drawn, glued, cameras, one.sight, random);
+          const SeenTentacle then = testing_support::SeeTentacle(TrueShapeAt(truth, other).value(), gripper,
+                                                                 0, drawn, glued, cameras, one.sight, random);
           near.push_back(AnglesOf(other, then.model, SolveChain(then.model, told, then.views, one.chain)));
         }
         ChainModel model = tentacle.model;
@@ -260,9 +284,20 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
 }  // namespace tendril
 
 int main(int argc, char** argv) {
-  const auto first = static_cast<std::uint64_t>(argc > 1 ? std::atoll(argv[1]) : 7000);
-  const int seeds = argc > 2 ? std::max(1, std::atoi(argv[2])) : 120;
-  const int moments = argc > 3 ? std::max(1, std::atoi(argv[3])) : 3;
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const bool rendered = !words.empty() && words[0] == "rendered";
+  if (rendered) words.erase(words.begin());
+  std::string picture;
+  if (rendered && !words.empty() && words[0].ends_with(".png")) {
+    picture = words[0];
+    words.erase(words.begin());
+  }
+  const auto number = [&](std::size_t i, int otherwise) {
+    return words.size() > i ? std::max(1, std::atoi(words[i].c_str())) : otherwise;
+  };
+  const auto first = static_cast<std::uint64_t>(number(0, rendered ? 12000 : 7000));
+  const int seeds = number(1, 120);
+  const int moments = number(2, 3);
   fmt::print("seeds {} .. {}, {} moments each; inside 68 / 95 % (mean chi2 per dimension)\n", first,
              first + static_cast<std::uint64_t>(seeds) - 1, moments);
   fmt::print(
@@ -283,5 +318,6 @@ int main(int argc, char** argv) {
       {"half of the tags, no fold law", {.kept = 0.5}, 0.2, lawless},
       {"every second facet, no fold law", {.every = 2}, 0.2, lawless},
       {"half of the tags, no fold law, lag 3", {.kept = 0.5}, 0.2, lawless, 3}};
+  if (rendered) cases = {{"rendered", {}, 0.2, chain, 0, true, picture}};
   for (const tendril::Case& one : cases) tendril::Run(one, first, seeds, moments);
 }

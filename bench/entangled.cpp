@@ -23,9 +23,9 @@
 namespace tendril {
 namespace {
 
-using testing_support::EntangledFrame;
 using testing_support::EntangledOptions;
 using testing_support::EntangledTrial;
+using testing_support::FilmedMoment;
 
 struct Errors {
   double squares = 0, normalised = 0, worst = 0;
@@ -117,8 +117,8 @@ struct Swings {
   }
 };
 
-void AddNodes(const TrueShape& shape, const EntangledFrame& frame,
-              const std::vector<ChainSolution>& solutions, Totals& totals) {
+void AddNodes(const TrueShape& shape, const FilmedMoment& frame, const std::vector<ChainSolution>& solutions,
+              Totals& totals) {
   for (std::size_t t = 0; t < solutions.size(); ++t) {
     const ChainSolution& solution = solutions[t];
     const Eigen::Matrix3Xd& holes = shape.tentacles[t].centerline.points;
@@ -166,7 +166,7 @@ double AddLinks(const TrueShape& shape, const std::vector<ChainSolution>& soluti
   return report.mutual_link;
 }
 
-void Draw(const std::string& file, const EntangledTrial& trial, const EntangledFrame& frame,
+void Draw(const std::string& file, const EntangledTrial& trial, const FilmedMoment& frame,
           const std::vector<ChainSolution>& solutions) {
   std::vector<CurveSeries> curves;
   for (const ChainSolution& solution : solutions) {
@@ -291,7 +291,7 @@ int Run(int first, int last, const std::string& picture, std::vector<Setting> se
     for (Setting& setting : settings) setting.trials.emplace_back();
     for (std::size_t f = 0; f < options.times.size(); ++f) {
       const TrueShape& shape = trial.value().shapes[f];
-      const EntangledFrame frame = film.Next(shape);
+      const FilmedMoment frame = film.Next(shape);
       render += frame.render_seconds;
       find += frame.find_seconds;
       ++frames;

@@ -146,7 +146,7 @@ TEST(TurnFactor, SaysHowFarNormalsAndTheirDifferenceFromTipToBaseAreTurned) {
     const TagLayout glued = GlueTags(drawn, ranges, random);
     const TrueShape shape = TrueShapeAt(truth, DrawUniform(random, 0, 11)).value();
     const auto seen =
-        testing_support::SeeTentacle(truth, shape, gripper, 0, drawn, glued, cameras, {.every = 2}, random);
+        testing_support::SeeTentacle(shape, gripper, 0, drawn, glued, cameras, {.every = 2}, random);
     const ChainSolution found = SolveChain(seen.model, cameras, seen.views);
     const Eigen::VectorXd turned = TurnsBetween(found.curve, shape.tentacles[0].centerline);
     const Eigen::Index last = turned.size() - 1;

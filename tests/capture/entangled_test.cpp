@@ -44,7 +44,7 @@ TEST(Entangled, WhatWasSeenOfATangleIsFound) {
   ASSERT_TRUE(made.ok()) << made.error().message;
   const EntangledTrial& trial = made.value();
   EntangledFilm film(trial, 22);
-  const EntangledFrame frame = film.Next(trial.shapes[0]);
+  const FilmedMoment frame = film.Next(trial.shapes[0]);
   std::vector<ChainSolution> solutions;
   SolveTentacles(trial, trial.shapes[0], frame, LoadedTentacles(), solutions);
   double seen = 0, squares = 0, known = 0, within = 0;

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <opencv2/core/mat.hpp>
 #include <random>
 #include <string>
 #include <vector>
@@ -15,14 +14,13 @@
 #include "capture/rig/rod_truth.h"
 #include "capture/rig/tag_choice.h"
 #include "capture/rig/tag_layout.h"
-#include "capture/rig/virtual_render.h"
 #include "capture/track/chain_solve.h"
-#include "capture/track/tag_tracker.h"
 #include "db/files/scene_toml.h"
 #include "model/fold/fold.h"
 #include "model/geometry/rotation.h"
 #include "model/scene/actuation.h"
 #include "model/scene/simulate.h"
+#include "tests/support/tag_film.h"
 #include "tests/support/virtual_views.h"
 
 namespace tendril::testing_support {
@@ -51,10 +49,6 @@ struct EntangledTrial {
   std::vector<std::string> doubts;          // of the simulation
   double simulate_seconds = 0;
 };
-
-inline double SecondsOf(const std::chrono::steady_clock::time_point& start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Of each hole from the rod's axis, m. Rods are shorter between carrier and hole 0 too, by the pull's share
 // of it; that shift, the same for all holes, is taken off.
@@ -197,80 +191,22 @@ inline Result<EntangledTrial> MakeEntangledTrial(std::uint64_t seed, const Entan
   return trial;
 }
 
-// What the cameras saw of one moment, and where tags were found.
-struct EntangledFrame {
-  std::vector<std::vector<TagView>> views;  // (tentacles); point into the trial's tags
-  std::vector<cv::Mat> pictures;            // (cameras)
-  double render_seconds = 0, find_seconds = 0;
-};
-
 // Films a trial and finds its tags, moment after moment.
-class EntangledFilm {
+class EntangledFilm : public TagFilm {
  public:
   EntangledFilm(const EntangledTrial& trial, std::uint64_t seed, TagTrackLevel level = TagTrackLevel::kBest)
-      : trial_(trial), random_(seed + 1000003) {
-    for (const Camera& camera : trial.cameras) {
-      filming_.push_back(VirtualCamera::Make(camera, trial.glued_tags, trial.design.hole_diameter).value());
-      TagTrackOptions options;
-      options.level = level;
-      options.detect.family = trial.tags.family;
-      trackers_.push_back(TagTracker::Create(options).value());
-    }
-  }
-
-  EntangledFrame Next(const TrueShape& shape) {
-    EntangledFrame frame;
-    frame.views.resize(shape.tentacles.size());
-    for (std::size_t c = 0; c < filming_.size(); ++c) {
-      auto start = std::chrono::steady_clock::now();
-      frame.pictures.push_back(filming_[c].Render(shape, random_));
-      frame.render_seconds += SecondsOf(start);
-      start = std::chrono::steady_clock::now();
-      const cv::Mat& picture = frame.pictures.back();
-      const auto tags =
-          trackers_[c].Next({picture.data, picture.cols, picture.rows, static_cast<int>(picture.step)});
-      for (const TrackedTag& tag : tags.value()) {
-        const TagPlace* place = trial_.tags.Find(tag.id);
-        if (place == nullptr) continue;
-        TagView view;
-        view.camera = static_cast<int>(c);
-        view.place = place;
-        view.corners_px = tag.corners_px;
-        view.sigma_px = SigmaOfCorners(tag);
-        frame.views[static_cast<std::size_t>(place->tentacle)].push_back(view);
-      }
-      frame.find_seconds += SecondsOf(start);
-    }
-    return frame;
-  }
-
- private:
-  const EntangledTrial& trial_;
-  std::mt19937_64 random_;
-  std::vector<VirtualCamera> filming_;
-  std::vector<TagTracker> trackers_;
+      : TagFilm(trial.cameras, trial.tags, trial.glued_tags, trial.design.hole_diameter, seed + 1000003,
+                level) {}
 };
 
-// What the tracker is told of a tentacle.
-inline ChainModel KnownOf(const EntangledTrial& trial, const TrueShape& shape, int tentacle) {
-  const TentacleDesign design = DesignOfTentacle(trial.gripper, trial.design, tentacle);
-  const double command = shape.tentacles[static_cast<std::size_t>(tentacle)].command;
-  ChainModel model;
-  model.layout = LayOut(design).value();
-  model.expected_angle = SolveFold(design, command).value().angle;
-  model.closed_angle = design.closed_angle;
-  model.lab_from_tentacle = LabFromTentacle(trial.gripper, tentacle);
-  return model;
-}
-
 // All tentacles of a moment; `solutions` are the ones of the moment before, or empty.
-inline void SolveTentacles(const EntangledTrial& trial, const TrueShape& shape, const EntangledFrame& frame,
+inline void SolveTentacles(const EntangledTrial& trial, const TrueShape& shape, const FilmedMoment& frame,
                            const ChainOptions& options, std::vector<ChainSolution>& solutions) {
   const bool first = solutions.size() != frame.views.size();
   std::vector<ChainSolution> now;
   for (std::size_t t = 0; t < frame.views.size(); ++t) {
-    now.push_back(SolveChain(KnownOf(trial, shape, static_cast<int>(t)), trial.known_cameras, frame.views[t],
-                             options, first ? nullptr : &solutions[t]));
+    now.push_back(SolveChain(KnownOf(trial.gripper, trial.design, shape, static_cast<int>(t)),
+                             trial.known_cameras, frame.views[t], options, first ? nullptr : &solutions[t]));
   }
   solutions = std::move(now);
 }

@@ -74,6 +74,17 @@ inline Camera MiscalibratedCamera(const Camera& told, const std::vector<Eigen::V
   return camera;
 }
 
+// What the tracker is told of a tentacle.
+inline ChainModel KnownOf(const Gripper& gripper, const TentacleDesign& drawn, const TrueShape& shape,
+                          int tentacle) {
+  const TentacleDesign design = DesignOfTentacle(gripper, drawn, tentacle);
+  const double command = shape.tentacles[static_cast<std::size_t>(tentacle)].command;
+  return {.layout = LayOut(design).value(),
+          .expected_angle = SolveFold(design, command).value().angle,
+          .closed_angle = design.closed_angle,
+          .lab_from_tentacle = LabFromTentacle(gripper, tentacle)};
+}
+
 struct SeenTentacle {
   ChainModel model;  // what the tracker is told
   std::vector<TagView> views;
@@ -89,17 +100,13 @@ struct SightOptions {
 };
 
 // `drawn` are the tags' places as the tracker is told (the views point into it), `glued` where they are.
-inline SeenTentacle SeeTentacle(const VirtualTruth& truth, const TrueShape& shape, const Gripper& gripper,
-                                int tentacle, const TagLayout& drawn, const TagLayout& glued,
+inline SeenTentacle SeeTentacle(const TrueShape& shape, const Gripper& gripper, int tentacle,
+                                const TagLayout& drawn, const TagLayout& glued,
                                 const std::vector<Camera>& cameras, const SightOptions& options,
                                 std::mt19937_64& random) {
   const TrueTentacle& one = shape.tentacles[static_cast<std::size_t>(tentacle)];
-  const TentacleDesign design = DesignOfTentacle(gripper, TentacleDesign{}, tentacle);
   SeenTentacle seen;
-  seen.model = {.layout = LayOut(design).value(),
-                .expected_angle = SolveFold(design, one.command).value().angle,
-                .closed_angle = truth.design.closed_angle,
-                .lab_from_tentacle = LabFromTentacle(gripper, tentacle)};
+  seen.model = KnownOf(gripper, TentacleDesign{}, shape, tentacle);
   seen.holes = one.centerline.points;
   seen.fold_angle = one.fold_angle;
   for (std::size_t i = 0; i < drawn.tags.size(); ++i) {
