@@ -2,22 +2,29 @@
 // model's parameters hold the truth? Draws virtual campaigns (trials of one design; true shapes of the
 // virtual rig by a true law, with all of its perturbations; a fast model of the tracker's noise, no video).
 //
-//   bench_fold_model_choice [campaigns] [trials] [first seed] [true model's name, or part of it]
+//   bench_fold_model_choice [campaigns] [trials] [first seed] [true model's name, or part of it] [parameter]
+//
+// A part that begins with `=` is the whole name. With a parameter, the true model's profile of it is drawn,
+// too, and its interval counted beside the symmetric one (docs/calibration.md, "Profiles").
 //
 // Seeds: tuning used 7'000'000 and up; the table of docs/calibration.md uses 8'000'000 and up.
 
 #include <fmt/core.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "calibrate/fold/fold_compare.h"
+#include "calibrate/fold/fold_profile.h"
 #include "capture/rig/virtual_truth.h"
 #include "tests/support/perturbed_tentacle.h"
 
@@ -79,7 +86,41 @@ struct Tally {
   int hits = 0, count = 0, unidentified = 0;
 };
 
-void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed) {
+// How often a profile's interval holds the truth, and how wide it is beside the symmetric one.
+struct ProfileTally {
+  int hits = 0, symmetric_hits = 0, count = 0, failed = 0, at_bound = 0, open = 0;
+  double width = 0, symmetric_width = 0, seconds = 0;
+};
+
+void AddProfile(std::span<const FoldObservation> observations, FoldFitOptions options, const FoldModel& model,
+                const std::string& parameter, double truth, ProfileTally& tally) {
+  options.model = model;
+  const auto started = std::chrono::steady_clock::now();
+  const Result<FoldProfile> profiled = ProfileFold(observations, options, parameter);
+  tally.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  if (!profiled.ok()) {
+    ++tally.failed;
+    return;
+  }
+  const FoldProfile& p = profiled.value();
+  ++tally.count;
+  // An end that the profile does not reach is no bound.
+  const bool above = std::isnan(p.interval.low) || p.interval.low <= truth;
+  const bool below = std::isnan(p.interval.high) || p.interval.high >= truth;
+  tally.hits += above && below ? 1 : 0;
+  const bool open = std::isnan(p.interval.low) || std::isnan(p.interval.high);
+  tally.open += open ? 1 : 0;
+  for (const FittedParameter& q : p.fit.parameters) {
+    if (q.name != parameter) continue;
+    tally.symmetric_hits += q.interval.low <= truth && truth <= q.interval.high ? 1 : 0;
+    tally.at_bound += q.at_bound ? 1 : 0;
+    if (open) continue;
+    tally.symmetric_width += q.interval.high - q.interval.low;
+    tally.width += p.interval.high - p.interval.low;
+  }
+}
+
+void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed, const std::string& parameter) {
   const std::map<std::string, double> wanted = {
       {"pull_scale", one.truth.pull_scale},
       {"stiffness_ratio", one.truth.stiffness_ratio},
@@ -87,6 +128,7 @@ void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed) {
       {"rest_angle_deg", one.truth.rest_angle * 180 / std::numbers::pi},
       {"friction", one.truth.friction}};
   std::map<std::string, Tally> tallies;
+  ProfileTally profiles;
   std::map<std::string, int> chosen;
   int law = 0, model = 0, done = 0;
   double seconds = 0, slowest = 0;
@@ -101,6 +143,8 @@ void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed) {
       continue;
     }
     ++done;
+    if (!parameter.empty())
+      AddProfile(observations, options.fit, one.model, parameter, wanted.at(parameter), profiles);
     seconds += compared.value().seconds;
     slowest = std::max(slowest, compared.value().seconds);
     for (const ComparedModel& m : compared.value().models) {
@@ -148,6 +192,16 @@ void Run(const Case& one, int campaigns, int trials, std::uint64_t first_seed) {
                wanted.at(name), bias, spread, tally.errors / n, tally.hits, tally.count,
                tally.unidentified > 0 ? fmt::format(", {} not identified", tally.unidentified) : "");
   }
+  if (!parameter.empty()) {
+    const double closed = std::max(profiles.count - profiles.open, 1);
+    fmt::print(
+        "| {} | {} | profile {}/{}, symmetric {}/{} | {} at 0, {} open, {} without | {:.4f}, symmetric "
+        "{:.4f} "
+        "| {:.1f} s |\n",
+        NameOf(one.model), parameter, profiles.hits, profiles.count, profiles.symmetric_hits, profiles.count,
+        profiles.at_bound, profiles.open, profiles.failed, profiles.width / closed,
+        profiles.symmetric_width / closed, profiles.seconds / std::max(done, 1));
+  }
   std::fflush(stdout);
 }
 
@@ -161,11 +215,12 @@ int main(int argc, char** argv) {
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 8'000'000;
   const std::string only = argc > 4 ? argv[4] : "";
   fmt::print("| true model | chosen | models chosen | s per comparison |\n");
+  const std::string parameter = argc > 5 ? argv[5] : "";
   fmt::print("| true model | parameter | truth | bias | SD | mean SE | in 95 % |\n");
   for (const Case& one : Cases()) {
     const std::string name = tendril::NameOf(one.model);
     if (only.starts_with("=") ? name != only.substr(1) : name.find(only) == std::string::npos) continue;
-    Run(one, campaigns, trials, seed);
+    Run(one, campaigns, trials, seed, parameter);
   }
   return 0;
 }

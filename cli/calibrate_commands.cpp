@@ -154,6 +154,7 @@ void Show(Output& out, const std::string& design, const FoldFit& fit, const std:
   }
   for (const std::string& warning : fit.warnings) out.Warn(fmt::format("design {}: {}", design, warning));
   if (fit.hint) out.Print("  {}", fit.hint->sentence);
+  if (fit.hint && fit.hint->view) out.Print("  {}", fit.hint->view->sentence);
   nlohmann::ordered_json covariance = nlohmann::ordered_json::array();
   for (Eigen::Index a = 0; a < fit.covariance.rows(); ++a) {
     nlohmann::ordered_json row = nlohmann::ordered_json::array();

@@ -151,6 +151,7 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
       continue;
     }
     frame.layout = &place->second;
+    frame.observed = &o;
     frame.design = &o.design;
     frame.observation = i;
     frame.commanded_pull = o.commanded_pull;
@@ -199,8 +200,13 @@ std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVe
                                            double nuisance, const ShapeResidualOptions& options) {
   const std::optional<FoldTangent> fold = FoldOf(frame, parameters, nuisance);
   if (!fold) return std::nullopt;
-  ShapeResidual shape = ResidualOf(MoveNodes(*frame.layout, *fold), frame.seen, options,
-                                   {parameters[kFoldParameters], parameters[kFoldParameters + 1]});
+  return ResidualOfFrame(frame, MoveNodes(*frame.layout, *fold), parameters, nuisance, options);
+}
+
+FrameResidual ResidualOfFrame(const FitFrame& frame, const NodeMotion& motion, const SharedVector& parameters,
+                              double nuisance, const ShapeResidualOptions& options) {
+  ShapeResidual shape =
+      ResidualOf(motion, frame.seen, options, {parameters[kFoldParameters], parameters[kFoldParameters + 1]});
 
   FrameResidual residual;
   residual.group = shape.group;

@@ -21,6 +21,7 @@ enum class PullSource {
 
 struct FitFrame {
   std::size_t observation = 0;  // index into the caller's observations
+  const FoldObservation* observed = nullptr;
   const TentacleDesign* design = nullptr;
   const TentacleLayout* layout = nullptr;
   int trial = 0;
@@ -68,6 +69,10 @@ std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& p
 
 // The model's fold in a frame. None where the pull cannot be.
 std::optional<FoldTangent> FoldOf(const FitFrame& frame, const SharedVector& parameters, double nuisance);
+
+// The same where the model's nodes are known.
+FrameResidual ResidualOfFrame(const FitFrame& frame, const NodeMotion& motion, const SharedVector& parameters,
+                              double nuisance, const ShapeResidualOptions& options);
 
 // None where the pull cannot be.
 std::optional<FrameResidual> EvaluateFrame(const FitFrame& frame, const SharedVector& parameters,

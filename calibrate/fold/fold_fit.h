@@ -36,6 +36,9 @@ struct FoldObservation {
   FramedCurve curve;             // nodes are the holes
   Eigen::VectorXd sigma;         // 1-sigma position error per node, m; NaN: not seen; no entries: not known
   Eigen::VectorXi interpolated;  // 1: not seen, bridged; no entries: all seen
+  // For the hint of a further view (view_places.h makes them); no entries: not known.
+  Eigen::VectorXi cameras;  // that saw the node's facet                                        (nodes)
+  Eigen::MatrixXi further;  // views of it that each of the options' places would add   (places, nodes)
 };
 
 struct FoldFitOptions {
@@ -56,6 +59,8 @@ struct FoldFitOptions {
   double start_exponent = std::numeric_limits<double>::quiet_NaN();
   double start_rest_angle = std::numeric_limits<double>::quiet_NaN();  // rad; NaN: the design's, or 0.05
   double start_friction = std::numeric_limits<double>::quiet_NaN();    // NaN: the design's, or 0.03
+  // What could be seen besides, as the hint's sentence names it: "another camera at ...". Rows of `further`.
+  std::vector<std::string> places;
 };
 
 // (db/trial_store.h has a FitParameter of its own, for the row.)
@@ -77,6 +82,19 @@ struct LeftOut {
   std::string reason;
 };
 
+// What other views would do for the parameter that the hint is about (docs/calibration.md, "Pull or view").
+// Standard errors are those that these same trials would have had, clustered by trial.
+struct ViewHint {
+  // Share of its variance that comes of errors which are new in each picture. The rest is of tentacles that
+  // differ from the model and from trial to trial, which no camera mends.
+  double picture_share = 0;
+  bool from_repeats = false;        // measured where frames repeat; else from the stated sigmas
+  double perfect_ratio = 1;         // with every node seen, without error / now
+  std::vector<double> error_ratio;  // with each of the options' places / now; empty: not known
+  int best = -1;                    // of the places; -1: not known
+  std::string sentence;
+};
+
 // Which pull would tell most about the least known parameter (the one with most error for what is of use).
 struct PullHint {
   std::string parameter;
@@ -84,6 +102,7 @@ struct PullHint {
   std::vector<double> error_ratio;  // its standard error after one more trial held there / now
   double best_pull = 0;
   std::string sentence;
+  std::optional<ViewHint> view;  // none: one trial, or not compared by distances
 };
 
 struct FoldFit {

@@ -6,7 +6,36 @@
 #include <cmath>
 #include <map>
 
+#include "calibrate/fold/view_hint.h"
+
 namespace tendril {
+namespace {
+
+// Against one more trial at the best pull, which lowers the standard error by trial_gain of it.
+std::string ViewSentence(const ViewHint& view, const std::vector<std::string>& places, double trial_gain) {
+  const std::string split =
+      fmt::format("{}{:.0f} % of its variance is of pictures, the rest of tentacles that differ",
+                  view.from_repeats ? "" : "by the stated sigmas ", 100 * view.picture_share);
+  const auto lower = [](double ratio) {
+    return fmt::format("{:.0f} % lower", 100 * std::max(0.0, 1 - ratio));
+  };
+  if (view.best < 0) {
+    const std::string bound =
+        fmt::format("with every node seen without error in all these trials it would have been {} ({})",
+                    lower(view.perfect_ratio), split);
+    return (1 - view.perfect_ratio <= trial_gain ? "more cameras would help less than that trial: "
+                                                 : "more cameras might help more than that trial: ") +
+           bound;
+  }
+  const double gain = 1 - view.error_ratio[static_cast<std::size_t>(view.best)];
+  const char* const verdict = gain < 0.03          ? "more views would hardly help"
+                              : gain <= trial_gain ? "another view would help less than that trial"
+                                                   : "another view would help more than that trial";
+  return fmt::format("{}: with {} in all these trials it would have been {} ({})", verdict,
+                     places[static_cast<std::size_t>(view.best)], lower(1 - gain), split);
+}
+
+}  // namespace
 
 std::optional<PullHint> HintOf(const FitRun& run, const FoldFitOptions& options) {
   // The least known: the largest error in units of what is still of use.
@@ -67,6 +96,8 @@ std::optional<PullHint> HintOf(const FitRun& run, const FoldFitOptions& options)
       "one more trial held at pull {:.2f} would sharpen {} most: its standard error would fall by about "
       "{:.0f} %",
       hint.best_pull, hint.parameter, 100 * (1 - hint.error_ratio[best]));
+  hint.view = ViewHintOf(run, options, weakest);
+  if (hint.view) hint.view->sentence = ViewSentence(*hint.view, options.places, 1 - hint.error_ratio[best]);
   return hint;
 }
 

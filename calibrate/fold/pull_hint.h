@@ -1,5 +1,6 @@
 #pragma once
-// At which pull would one more trial tell most about the least known parameter? Internal to calibrate/fold.
+// At which pull would one more trial tell most about the least known parameter, and would another view tell
+// more? Internal to calibrate/fold.
 
 #include <optional>
 

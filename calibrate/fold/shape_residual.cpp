@@ -33,21 +33,6 @@ std::vector<Span> Windows(const SeenNodes& seen, int nodes, int window) {
   return spans;
 }
 
-struct Pair {
-  Eigen::Index a = 0;
-  Eigen::Index b = 0;
-};
-
-std::vector<Pair> Pairs(const SeenNodes& seen, int creases) {
-  std::vector<Pair> pairs;
-  for (Eigen::Index a = 0; a < seen.index.size(); ++a) {
-    for (Eigen::Index b = a + 1; b < seen.index.size() && seen.index[b] - seen.index[a] <= creases; ++b) {
-      pairs.push_back({a, b});
-    }
-  }
-  return pairs;
-}
-
 struct Pose {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d model_center;
@@ -127,7 +112,7 @@ ShapeResidual WindowResidual(const NodeMotion& model, const SeenNodes& seen,
 
 ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
                                const ShapeResidualOptions& options, const Scatter& scatter) {
-  const std::vector<Pair> pairs = Pairs(seen, options.creases);
+  const std::vector<NodePair> pairs = PairsOf(seen, options.creases);
   ShapeResidual residual;
   residual.group = 1;
   residual.value.resize(static_cast<Eigen::Index>(pairs.size()));
@@ -135,7 +120,7 @@ ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
   residual.slope.setZero(static_cast<Eigen::Index>(pairs.size()), kShapeDirections);
   const double error2 = options.model_error * options.model_error;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const Pair& pair = pairs[p];
+    const NodePair& pair = pairs[p];
     const Eigen::Index row = static_cast<Eigen::Index>(p);
     const int a = seen.index[pair.a];
     const int b = seen.index[pair.b];
@@ -166,9 +151,19 @@ ShapeResidual DistanceResidual(const NodeMotion& model, const SeenNodes& seen,
 
 }  // namespace
 
+std::vector<NodePair> PairsOf(const SeenNodes& seen, int creases) {
+  std::vector<NodePair> pairs;
+  for (Eigen::Index a = 0; a < seen.index.size(); ++a) {
+    for (Eigen::Index b = a + 1; b < seen.index.size() && seen.index[b] - seen.index[a] <= creases; ++b) {
+      pairs.push_back({a, b});
+    }
+  }
+  return pairs;
+}
+
 int ResidualRows(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options) {
   if (options.kind == ShapeResidualKind::kLocalDistances)
-    return static_cast<int>(Pairs(seen, options.creases).size());
+    return static_cast<int>(PairsOf(seen, options.creases).size());
   Eigen::Index rows = 0;
   for (const Span& span : Windows(seen, nodes, options.window)) rows += 3 * span.count;
   return static_cast<int>(rows);

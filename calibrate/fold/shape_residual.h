@@ -52,6 +52,14 @@ struct ShapeResidual {
   Eigen::Matrix<double, Eigen::Dynamic, kShapeDirections> slope;
 };
 
+// Positions among the seen nodes of those whose distance is compared; a row of kLocalDistances each, in
+// order.
+struct NodePair {
+  Eigen::Index a = 0;
+  Eigen::Index b = 0;
+};
+std::vector<NodePair> PairsOf(const SeenNodes& seen, int creases);
+
 // Rows that ResidualOf gives for these nodes: depends on which were seen, not on where they are.
 int ResidualRows(const SeenNodes& seen, int nodes, const ShapeResidualOptions& options);
 

@@ -1,0 +1,317 @@
+#include "calibrate/fold/view_hint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "model/median.h"
+
+namespace tendril {
+namespace {
+
+constexpr int kFewestRepeats = 8;
+
+// How a node's sigma depends on how many cameras saw its facet: medians of these data.
+class SigmaByCameras {
+ public:
+  explicit SigmaByCameras(const FitFrames& frames) {
+    std::map<int, std::vector<double>> by_count;
+    for (const FitFrame& frame : frames.frames) {
+      if (frame.observed->cameras.size() == 0) continue;
+      for (Eigen::Index i = 0; i < frame.seen.index.size(); ++i) {
+        const int count = frame.observed->cameras[frame.seen.index[i]];
+        if (count > 0) by_count[count].push_back(frame.seen.sigma[i]);
+      }
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (auto& [count, sigmas] : by_count) {
+      if (sigmas.size() < 20) continue;  // no median worth the name
+      least = std::min(least, Median(std::move(sigmas)));
+      median_[count] = least;  // another view never harms
+    }
+  }
+  bool known() const { return !median_.empty(); }
+  // Beyond what these data have, as of so many independent views.
+  double At(int cameras) const {
+    const auto above = median_.upper_bound(cameras);
+    if (above == median_.begin()) return above->second;
+    const auto& [count, sigma] = *std::prev(above);
+    return sigma * std::sqrt(static_cast<double>(count) / cameras);
+  }
+
+ private:
+  std::map<int, double> median_;
+};
+
+// What is seen of a frame in one of the cases: as it is, perfectly, or with a place's views.
+enum { kNow = -1, kPerfect = -2 };
+SeenNodes SeenWith(const FitFrame& frame, const NodeMotion& motion, int place, const SigmaByCameras& sigmas) {
+  if (place == kNow) return frame.seen;
+  const int nodes = static_cast<int>(motion.nodes.cols());
+  const FoldObservation& o = *frame.observed;
+  if (place != kPerfect && (o.cameras.size() != nodes || o.further.cols() != nodes)) return frame.seen;
+  std::vector<std::pair<int, double>> list;
+  Eigen::Index at = 0;
+  for (int node = 0; node < nodes; ++node) {
+    const bool seen = at < frame.seen.index.size() && frame.seen.index[at] == node;
+    double sigma = seen ? frame.seen.sigma[at++] : std::numeric_limits<double>::quiet_NaN();
+    if (place == kPerfect) {
+      sigma = 0;
+    } else if (const int more = o.further(place, node); more > 0) {
+      const int before = o.cameras[node];
+      if (seen && before > 0) sigma *= sigmas.At(before + more) / sigmas.At(before);
+      if (!seen) sigma = sigmas.At(std::max(before, 0) + more);
+    }
+    if (std::isfinite(sigma)) list.emplace_back(node, sigma);
+  }
+  SeenNodes with;
+  const Eigen::Index n = static_cast<Eigen::Index>(list.size());
+  with.index.resize(n);
+  with.sigma.resize(n);
+  with.points.resize(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [node, sigma] = list[static_cast<std::size_t>(i)];
+    with.index[i] = node;
+    with.sigma[i] = sigma;
+    with.points.col(i) = motion.nodes.col(node);  // slopes do not depend on it
+  }
+  return with;
+}
+
+// Sums over the frames that share a nuisance.
+struct NuisanceSums {
+  SharedVector mixed = SharedVector::Zero();
+  double information = 0;
+};
+
+// One case, first its information, then what the errors do to the parameter through it.
+struct Outlook {
+  Information information{};
+  std::vector<NuisanceSums> nuisances;
+  SharedVector influence = SharedVector::Zero();           // row of the inverse information
+  double pictures = 0;                                     // variance by the stated sigmas
+  std::map<std::pair<int, int>, Eigen::VectorXd> creases;  // by trial and tentacle: share of each crease
+
+  double OfCreases() const {
+    double sum = 0;
+    for (const auto& [key, share] : creases) sum += share.squaredNorm();
+    return sum;
+  }
+};
+
+void AddInformation(const FitFrame& frame, const FrameResidual& at, Outlook& outlook) {
+  const SharedMatrix own = at.slope.transpose() * at.slope;
+  outlook.information.total += own;
+  if (frame.nuisance < 0) return;
+  NuisanceSums& sums = outlook.nuisances[static_cast<std::size_t>(frame.nuisance)];
+  sums.mixed += at.slope.transpose() * at.nuisance_slope;
+  sums.information += at.nuisance_slope.squaredNorm();
+}
+
+bool Close(const HeldParameters& held, int parameter, Outlook& outlook) {
+  for (const NuisanceSums& sums : outlook.nuisances) {
+    if (sums.information > 0)
+      outlook.information.total -= sums.mixed * sums.mixed.transpose() / sums.information;
+  }
+  const SharedMatrix inverse = NaiveCovariance(outlook.information, 1, held);
+  for (int i = 0; i < kShared; ++i) {
+    outlook.influence[i] = held[static_cast<std::size_t>(i)] ? 0 : inverse(parameter, i);
+  }
+  return outlook.influence.allFinite();
+}
+
+// How the estimate follows each row.
+Eigen::VectorXd WeightOfRows(const FitFrame& frame, const FrameResidual& at, const Outlook& outlook) {
+  Eigen::VectorXd weight = at.slope * outlook.influence;
+  if (frame.nuisance < 0) return weight;
+  const NuisanceSums& sums = outlook.nuisances[static_cast<std::size_t>(frame.nuisance)];
+  if (sums.information > 0)
+    weight -= outlook.influence.dot(sums.mixed) / sums.information * at.nuisance_slope;
+  return weight;
+}
+
+// A row's nodes, the direction between them in the model and what a sigma of the row stands for.
+struct RowGeometry {
+  int a = 0, b = 0;
+  Eigen::Vector3d direction;
+  double sigma = 0;
+};
+RowGeometry GeometryOf(const NodePair& pair, const SeenNodes& seen, const NodeMotion& motion,
+                       double model_error) {
+  RowGeometry row{.a = seen.index[pair.a], .b = seen.index[pair.b], .direction = {}, .sigma = 0};
+  row.direction = (motion.nodes.col(row.b) - motion.nodes.col(row.a)).normalized();
+  row.sigma = std::sqrt(seen.sigma[pair.a] * seen.sigma[pair.a] + seen.sigma[pair.b] * seen.sigma[pair.b] +
+                        2 * model_error * model_error);
+  return row;
+}
+
+double VarianceOfPictures(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight,
+                          const SeenNodes& seen, const NodeMotion& motion, double model_error) {
+  Eigen::Matrix3Xd by_node = Eigen::Matrix3Xd::Zero(3, seen.index.size());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const RowGeometry row = GeometryOf(pairs[p], seen, motion, model_error);
+    const Eigen::Vector3d pull = weight[static_cast<Eigen::Index>(p)] / row.sigma * row.direction;
+    by_node.col(pairs[p].a) += pull;
+    by_node.col(pairs[p].b) -= pull;
+  }
+  return (by_node.colwise().squaredNorm().transpose().array() * seen.sigma.array().square()).sum();
+}
+
+// Rows span few creases, so one direction of motion can stand for every kFoldDirections-th crease.
+NodeMotion MotionByCreases(const FitFrame& frame, FoldTangent fold) {
+  fold.slope.setZero();
+  for (Eigen::Index i = 0; i < fold.angle.size(); ++i) fold.slope(i, i % kFoldDirections) = fold.angle[i];
+  return MoveNodes(*frame.layout, fold);
+}
+
+void AddCreases(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight, const SeenNodes& seen,
+                const NodeMotion& by_crease, double model_error, Eigen::VectorXd& share) {
+  if (share.size() == 0) share.setZero(by_crease.nodes.cols() - 1);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const RowGeometry row = GeometryOf(pairs[p], seen, by_crease, model_error);
+    for (int crease = row.a; crease < row.b; ++crease) {
+      const Eigen::Matrix3Xd& velocity =
+          by_crease.velocity[static_cast<std::size_t>(crease % kFoldDirections)];
+      share[crease] += weight[static_cast<Eigen::Index>(p)] / row.sigma *
+                       row.direction.dot(velocity.col(row.b) - velocity.col(row.a));
+    }
+  }
+}
+
+std::pair<int, int> TentacleOf(const FitFrame& frame) { return {frame.trial, frame.observed->tentacle}; }
+
+// The nodes that both have, with a common sigma; points of the first.
+SeenNodes Common(const SeenNodes& first, const SeenNodes& second) {
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> both;
+  for (Eigen::Index i = 0, j = 0; i < first.index.size() && j < second.index.size();) {
+    if (first.index[i] == second.index[j]) both.emplace_back(i, j);
+    const bool advance_first = first.index[i] <= second.index[j];
+    const bool advance_second = second.index[j] <= first.index[i];
+    i += advance_first ? 1 : 0;
+    j += advance_second ? 1 : 0;
+  }
+  SeenNodes common;
+  const Eigen::Index n = static_cast<Eigen::Index>(both.size());
+  common.index.resize(n);
+  common.sigma.resize(n);
+  common.points.resize(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [a, b] = both[static_cast<std::size_t>(i)];
+    common.index[i] = first.index[a];
+    common.points.col(i) = first.points.col(a);
+    common.sigma[i] = std::sqrt(0.5 * (first.sigma[a] * first.sigma[a] + second.sigma[b] * second.sigma[b]));
+  }
+  return common;
+}
+
+// By how much the pictures' errors are larger (in variance) than the stated sigmas, as independent errors,
+// would have them. None: hardly a frame repeats.
+std::optional<double> MeasuredNoise(const FitRun& run, const FoldFitOptions& options, const Outlook& now) {
+  std::map<std::pair<int, int>, const FitFrame*> last;
+  double squares = 0;
+  double foretold = 0;
+  int repeats = 0;
+  for (const FitFrame& frame : run.frames.frames) {
+    if (frame.source != PullSource::kSettled) continue;
+    const FitFrame*& before = last[TentacleOf(frame)];
+    if (before != nullptr && before->commanded_pull == frame.commanded_pull && frame.commanded_pull > 0) {
+      const std::optional<FoldTangent> fold = FoldOf(frame, run.solution.parameters, 0);
+      FitFrame one = frame;
+      FitFrame other = *before;
+      one.seen = Common(frame.seen, before->seen);
+      other.seen = Common(before->seen, frame.seen);
+      const std::vector<NodePair> pairs = PairsOf(one.seen, options.residual.creases);
+      if (fold && !pairs.empty()) {
+        const NodeMotion motion = MoveNodes(*frame.layout, *fold);
+        const FrameResidual at = ResidualOfFrame(one, motion, run.solution.parameters, 0, options.residual);
+        const FrameResidual then =
+            ResidualOfFrame(other, motion, run.solution.parameters, 0, options.residual);
+        const Eigen::VectorXd weight = WeightOfRows(frame, at, now);
+        const auto bounded = [&](const Eigen::VectorXd& value) {
+          return value.cwiseMax(-run.huber).cwiseMin(run.huber).eval();
+        };
+        const double apart = weight.dot(bounded(at.value) - bounded(then.value));
+        squares += apart * apart;
+        foretold += 2 * VarianceOfPictures(pairs, weight, one.seen, motion, options.residual.model_error);
+        ++repeats;
+      }
+    }
+    before = &frame;
+  }
+  if (repeats < kFewestRepeats || !(foretold > 0)) return std::nullopt;
+  return squares / foretold;
+}
+
+}  // namespace
+
+std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& options, int parameter) {
+  if (!run.fit.clustered || options.residual.kind != ShapeResidualKind::kLocalDistances ||
+      options.residual.creases > kFoldDirections) {
+    return std::nullopt;
+  }
+  const SharedMatrix clustered = ClusteredCovariance(run.information, run.held, run.at_bound);
+  const double variance = clustered(parameter, parameter);
+  if (!(variance > 0)) return std::nullopt;
+  const SigmaByCameras sigmas(run.frames);
+
+  std::vector<int> places = {kNow, kPerfect};
+  for (int place = 0; sigmas.known() && place < static_cast<int>(options.places.size()); ++place)
+    places.push_back(place);
+  std::vector<Outlook> outlooks(places.size());
+  for (Outlook& outlook : outlooks) outlook.nuisances.resize(run.solution.nuisances.size());
+  const auto each = [&](const auto& deed, const auto& per_frame) {
+    for (const FitFrame& frame : run.frames.frames) {
+      const double nuisance = NuisanceOf(frame, run.solution.nuisances);
+      const std::optional<FoldTangent> fold = FoldOf(frame, run.solution.parameters, nuisance);
+      if (!fold) continue;
+      const NodeMotion motion = MoveNodes(*frame.layout, *fold);
+      const NodeMotion by_crease = per_frame(frame, *fold);
+      FitFrame with = frame;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        with.seen = SeenWith(frame, motion, places[i], sigmas);
+        deed(with, motion, by_crease,
+             ResidualOfFrame(with, motion, run.solution.parameters, nuisance, options.residual), outlooks[i]);
+      }
+    }
+  };
+  each([](const FitFrame& frame, const NodeMotion&, const NodeMotion&, const FrameResidual& at,
+          Outlook& outlook) { AddInformation(frame, at, outlook); },
+       [](const FitFrame&, const FoldTangent&) { return NodeMotion{}; });
+  for (Outlook& outlook : outlooks) {
+    if (!Close(run.held, parameter, outlook)) return std::nullopt;
+  }
+  const double model_error = options.residual.model_error;
+  each(
+      [&](const FitFrame& frame, const NodeMotion& motion, const NodeMotion& by_crease,
+          const FrameResidual& at, Outlook& outlook) {
+        const std::vector<NodePair> pairs = PairsOf(frame.seen, options.residual.creases);
+        const Eigen::VectorXd weight = WeightOfRows(frame, at, outlook);
+        outlook.pictures += VarianceOfPictures(pairs, weight, frame.seen, motion, model_error);
+        AddCreases(pairs, weight, frame.seen, by_crease, model_error, outlook.creases[TentacleOf(frame)]);
+      },
+      MotionByCreases);
+
+  ViewHint hint;
+  const Outlook& now = outlooks[0];
+  const std::optional<double> measured = MeasuredNoise(run, options, now);
+  hint.from_repeats = measured.has_value();
+  // The trials' scatter is known from few trials: by chance it may be less than the pictures alone would
+  // give.
+  hint.picture_share = std::min(1.0, measured.value_or(1) * now.pictures / variance);
+  const auto ratio = [&](const Outlook& then) {
+    const double of_creases = now.OfCreases() > 0 ? then.OfCreases() / now.OfCreases() : 1;
+    return std::sqrt((1 - hint.picture_share) * of_creases +
+                     hint.picture_share * then.pictures / now.pictures);
+  };
+  hint.perfect_ratio = ratio(outlooks[1]);
+  for (std::size_t i = 2; i < outlooks.size(); ++i) {
+    hint.error_ratio.push_back(ratio(outlooks[i]));
+    const int place = static_cast<int>(i) - 2;
+    if (hint.best < 0 || hint.error_ratio.back() < hint.error_ratio[static_cast<std::size_t>(hint.best)])
+      hint.best = place;
+  }
+  return hint;
+}
+
+}  // namespace tendril
