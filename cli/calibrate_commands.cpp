@@ -13,6 +13,7 @@
 
 #include "calibrate/fold/fold_data.h"
 #include "calibrate/fold/fold_fit.h"
+#include "calibrate/fold/view_places.h"
 #include "capture/record/virtual_trial.h"
 #include "cli/fold_models_answer.h"
 #include "cli/lab_option.h"
@@ -125,8 +126,30 @@ double TrueValue(const std::optional<TrueFold>& truth, const std::string& parame
   return kNotKnown;
 }
 
+nlohmann::ordered_json JsonOf(const PullHint& hint, const ViewPlaces& places) {
+  nlohmann::ordered_json json = {{"parameter", hint.parameter}, {"best_pull", hint.best_pull},
+                                 {"pull", hint.pull},           {"error_ratio", hint.error_ratio},
+                                 {"sentence", hint.sentence},   {"view", nullptr}};
+  if (!hint.view) return json;
+  const ViewHint& view = *hint.view;
+  json["view"] = {{"picture_share", view.picture_share},
+                  {"picture_share_from_repeats", view.from_repeats},
+                  {"perfect_error_ratio", view.perfect_ratio},
+                  {"best_place", nullptr},
+                  {"place", nlohmann::ordered_json::array()},
+                  {"error_ratio", view.error_ratio},
+                  {"sentence", view.sentence}};
+  if (view.best < 0) return json;
+  json["view"]["best_place"] = places.names[static_cast<std::size_t>(view.best)];
+  json["view"]["place"] = places.names;
+  // How far what cameras would see can be trusted: facets times cameras of the rig.
+  json["view"]["sight_check"] = {
+      {"asked", places.facets}, {"seen", places.seen}, {"foretold", places.foretold}, {"both", places.both}};
+  return json;
+}
+
 void Show(Output& out, const std::string& design, const FoldFit& fit, const std::optional<TrueFold>& truth,
-          double confidence) {
+          double confidence, const ViewPlaces& places) {
   out.Print("design {}, model {}: {} trials, {} curves ({} left out), residual {:.2f} mm", design,
             NameOf(fit.model), fit.trials, fit.frames_used, fit.left_out.size(), 1e3 * fit.residual_rms);
   out.Print("  {:20} {:>9} {:>9}   {:>4.0f} % interval{}", "parameter", "value", "SE", 100 * confidence,
@@ -163,13 +186,7 @@ void Show(Output& out, const std::string& design, const FoldFit& fit, const std:
     covariance.push_back(std::move(row));
   }
   nlohmann::ordered_json hint = nullptr;
-  if (fit.hint) {
-    hint = {{"parameter", fit.hint->parameter},
-            {"best_pull", fit.hint->best_pull},
-            {"pull", fit.hint->pull},
-            {"error_ratio", fit.hint->error_ratio},
-            {"sentence", fit.hint->sentence}};
-  }
+  if (fit.hint) hint = JsonOf(*fit.hint, places);
   out.fields()["fits"].push_back({{"design", design},
                                   {"model", NameOf(fit.model)},
                                   {"trials", fit.trials},
@@ -217,11 +234,19 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   std::vector<FoldObservation> observations;
   Provenance provenance{.program_version = ProgramVersion()};
   FitRow row;
+  ViewPlaces places;
   std::optional<TentacleDesign> own;  // as the trials state it: odd tentacles may have its mirror image
   for (const Chosen& trial : trials) {
     Result<FoldData> data = LoadFoldData(lab.TrialFolder(trial.id));
     if (!data.ok()) return data.error();
     for (const std::string& warning : data.value().warnings) out.Warn(warning);
+    // The fit does not need them: what is wrong there costs the hint alone.
+    const Result<ViewPlaces> views = AddViews(lab.TrialFolder(trial.id), data.value());
+    if (views.ok()) {
+      MergePlaces(views.value(), places);
+    } else {
+      out.Warn(fmt::format("no hint of other views: {}", views.error().message));
+    }
     for (FoldObservation& o : data.value().observations) observations.push_back(std::move(o));
     for (auto& input : data.value().input_sha256) provenance.input_sha256.push_back(std::move(input));
     row.trial_ids.push_back(trial.id);
@@ -231,6 +256,7 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   options.longest_lag = call.lag;
   options.confidence = call.confidence;
   options.model = *FoldModelOf(call.model);
+  options.places = places.names;
   const std::optional<TrueFold> truth = TruthOf(lab, trials);
   std::optional<FoldFit> fit;
   if (call.compare) {
@@ -255,7 +281,7 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
     fit = std::move(asked).value();
   }
 
-  Show(out, design, *fit, truth, call.confidence);
+  Show(out, design, *fit, truth, call.confidence, places);
   const Result<int> with_law = TrackedWithFoldLaw(lab, row.trial_ids);
   if (!with_law.ok()) return with_law.error();
   out.fields()["fits"].back()["trials_tracked_with_fold_law"] = with_law.value();

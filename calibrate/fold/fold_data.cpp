@@ -99,6 +99,8 @@ Result<FoldData> LoadFoldData(const std::filesystem::path& trial_folder) {
       if (!series.sigma.empty()) o.sigma = series.sigma[frame];
       if (!series.interpolated.empty()) o.interpolated = series.interpolated[frame];
       data.observations.push_back(std::move(o));
+      data.frames.push_back(static_cast<int>(frame));
+      data.angles.push_back(series.angle.empty() ? Eigen::VectorXd() : series.angle[frame]);
     }
   }
   return data;

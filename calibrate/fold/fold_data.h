@@ -15,6 +15,8 @@ namespace tendril {
 struct FoldData {
   TrialSpec trial;
   std::vector<FoldObservation> observations;
+  std::vector<int> frames;              // of curves.h5, by observation
+  std::vector<Eigen::VectorXd> angles;  // phi_i, rad, by observation; no entries: not known
   std::vector<std::pair<std::string, std::string>> input_sha256;  // (trial id/file, hash)
   std::vector<std::string> warnings;
 };

@@ -140,6 +140,11 @@ TagUse UseOf(double module_px, int modules, double tilt) {
   return TagUse::kUnsure;
 }
 
+TagOutlook LookAtTag(const Camera& camera, const TagPlace& tag, const Eigen::Isometry3d& lab_from_sheet,
+                     int modules) {
+  return ViewOf(camera, GluedAt(tag, lab_from_sheet), tag.footprint / modules, modules);
+}
+
 Result<TagSight> SeeTags(const TentacleDesign& design, const Gripper& gripper, const TagLayout& tags,
                          const Rig& rig) {
   if (rig.cameras.empty()) return Error{ErrorKind::kBadInput, "the rig has no camera; expected one or more"};

@@ -43,6 +43,11 @@ struct TagOutlook {
   double m_per_px = 0;         // across the line of sight, there
 };
 
+// Of a tag whose facet stands somewhere, with nothing before it; `tag` and `camera` are left at 0.
+//   modules  across the footprint (TagFamily::total_width)
+TagOutlook LookAtTag(const Camera& camera, const TagPlace& tag, const Eigen::Isometry3d& lab_from_sheet,
+                     int modules);
+
 struct CameraSight {
   std::string name;
   double nearest_m_per_px = 0,
