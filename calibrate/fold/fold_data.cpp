@@ -15,6 +15,8 @@
 namespace tendril {
 namespace {
 
+constexpr std::size_t kCovariances = 6;  // of a curve over time that are kept: they are large
+
 std::optional<int> TentacleOf(const std::string& name) {
   constexpr std::string_view kPrefix = "tentacle";
   if (!name.starts_with(kPrefix)) return std::nullopt;
@@ -98,6 +100,10 @@ Result<FoldData> LoadFoldData(const std::filesystem::path& trial_folder) {
       o.curve = series.curves[frame];
       if (!series.sigma.empty()) o.sigma = series.sigma[frame];
       if (!series.interpolated.empty()) o.interpolated = series.interpolated[frame];
+      // The last ones are folded most; they tell for all.
+      const std::size_t stride = std::max<std::size_t>(1, series.curves.size() / kCovariances);
+      if (!series.covariance_factor.empty() && (series.curves.size() - 1 - frame) % stride == 0)
+        o.covariance_factor = series.covariance_factor[frame];
       data.observations.push_back(std::move(o));
       data.frames.push_back(static_cast<int>(frame));
       data.angles.push_back(series.angle.empty() ? Eigen::VectorXd() : series.angle[frame]);

@@ -39,6 +39,9 @@ struct FoldObservation {
   // For the hint of a further view (view_places.h makes them); no entries: not known.
   Eigen::VectorXi cameras;  // that saw the node's facet                                        (nodes)
   Eigen::MatrixXi further;  // views of it that each of the options' places would add   (places, nodes)
+  // F with cov(curve.points, stacked x0 y0 z0 x1 ...) = F F^T, m; of some observations is enough  (3 nodes,
+  // rank)
+  Eigen::MatrixXd covariance_factor;
 };
 
 struct FoldFitOptions {
@@ -82,13 +85,20 @@ struct LeftOut {
   std::string reason;
 };
 
+// Where the size of errors that are new in each picture is known from.
+enum class PictureErrors {
+  kRepeats,      // frames in which a tentacle is held at one pull: they differ by nothing else
+  kCovariance,   // the covariance that the tracker states along the curve
+  kStatedSigma,  // each node's sigma, as if nodes erred alone: too much where neighbours err together
+};
+
 // What other views would do for the parameter that the hint is about (docs/calibration.md, "Pull or view").
 // Standard errors are those that these same trials would have had, clustered by trial.
 struct ViewHint {
   // Share of its variance that comes of errors which are new in each picture. The rest is of tentacles that
   // differ from the model and from trial to trial, which no camera mends.
   double picture_share = 0;
-  bool from_repeats = false;        // measured where frames repeat; else from the stated sigmas
+  PictureErrors known_from = PictureErrors::kStatedSigma;
   double perfect_ratio = 1;         // with every node seen, without error / now
   std::vector<double> error_ratio;  // with each of the options' places / now; empty: not known
   int best = -1;                    // of the places; -1: not known

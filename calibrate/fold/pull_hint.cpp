@@ -13,9 +13,13 @@ namespace {
 
 // Against one more trial at the best pull, which lowers the standard error by trial_gain of it.
 std::string ViewSentence(const ViewHint& view, const std::vector<std::string>& places, double trial_gain) {
+  const char* const source = view.known_from == PictureErrors::kStatedSigma  ? ", by the stated sigmas"
+                             : view.known_from == PictureErrors::kCovariance ? ", by the stated covariance"
+                                                                             : "";
   const std::string split =
-      fmt::format("{}{:.0f} % of its variance is of pictures, the rest of tentacles that differ",
-                  view.from_repeats ? "" : "by the stated sigmas ", 100 * view.picture_share);
+      fmt::format("{:.0f} % of its variance is of pictures{}, {}", 100 * view.picture_share, source,
+                  view.picture_share > 0.995 ? "next to nothing of tentacles that differ"
+                                             : "the rest of tentacles that differ");
   const auto lower = [](double ratio) {
     return fmt::format("{:.0f} % lower", 100 * std::max(0.0, 1 - ratio));
   };

@@ -89,8 +89,11 @@ struct NuisanceSums {
 struct Outlook {
   Information information{};
   std::vector<NuisanceSums> nuisances;
-  SharedVector influence = SharedVector::Zero();           // row of the inverse information
-  double pictures = 0;                                     // variance by the stated sigmas
+  SharedVector influence = SharedVector::Zero();  // row of the inverse information
+  double pictures = 0;                            // variance by the stated sigmas
+  // Of frames that state their covariance: by that, and by their sigmas.
+  double together = 0;
+  double alone = 0;
   std::map<std::pair<int, int>, Eigen::VectorXd> creases;  // by trial and tentacle: share of each crease
 
   double OfCreases() const {
@@ -131,31 +134,48 @@ Eigen::VectorXd WeightOfRows(const FitFrame& frame, const FrameResidual& at, con
   return weight;
 }
 
-// A row's nodes, the direction between them in the model and what a sigma of the row stands for.
-struct RowGeometry {
-  int a = 0, b = 0;
-  Eigen::Vector3d direction;
-  double sigma = 0;
-};
-RowGeometry GeometryOf(const NodePair& pair, const SeenNodes& seen, const NodeMotion& motion,
-                       double model_error) {
-  RowGeometry row{.a = seen.index[pair.a], .b = seen.index[pair.b], .direction = {}, .sigma = 0};
-  row.direction = (motion.nodes.col(row.b) - motion.nodes.col(row.a)).normalized();
-  row.sigma = std::sqrt(seen.sigma[pair.a] * seen.sigma[pair.a] + seen.sigma[pair.b] * seen.sigma[pair.b] +
-                        2 * model_error * model_error);
-  return row;
+// How the estimate follows each seen node: weight of the rows through their directions.
+//   places  of the nodes, whatever frame the answer is wanted in                                     (3,
+//   seen)
+Eigen::Matrix3Xd FollowedNodes(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight,
+                               const Eigen::VectorXd& row_sigma, const Eigen::Matrix3Xd& places) {
+  Eigen::Matrix3Xd followed = Eigen::Matrix3Xd::Zero(3, places.cols());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Eigen::Index row = static_cast<Eigen::Index>(p);
+    const Eigen::Vector3d direction = (places.col(pairs[p].b) - places.col(pairs[p].a)).normalized();
+    followed.col(pairs[p].a) += weight[row] / row_sigma[row] * direction;
+    followed.col(pairs[p].b) -= weight[row] / row_sigma[row] * direction;
+  }
+  return followed;
 }
 
-double VarianceOfPictures(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight,
-                          const SeenNodes& seen, const NodeMotion& motion, double model_error) {
-  Eigen::Matrix3Xd by_node = Eigen::Matrix3Xd::Zero(3, seen.index.size());
+double VarianceAlone(const Eigen::Matrix3Xd& followed, const SeenNodes& seen) {
+  return (followed.colwise().squaredNorm().transpose().array() * seen.sigma.array().square()).sum();
+}
+
+// By the covariance of a frame as it was seen.
+double VarianceTogether(const Eigen::Matrix3Xd& followed, const SeenNodes& seen,
+                        const Eigen::MatrixXd& factor) {
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(factor.cols());
+  for (Eigen::Index i = 0; i < seen.index.size(); ++i)
+    sum += followed.col(i).transpose() * factor.middleRows(3 * seen.index[i], 3);
+  return sum.squaredNorm();
+}
+
+Eigen::VectorXd RowSigma(const std::vector<NodePair>& pairs, const SeenNodes& seen, double model_error) {
+  Eigen::VectorXd sigma(static_cast<Eigen::Index>(pairs.size()));
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const RowGeometry row = GeometryOf(pairs[p], seen, motion, model_error);
-    const Eigen::Vector3d pull = weight[static_cast<Eigen::Index>(p)] / row.sigma * row.direction;
-    by_node.col(pairs[p].a) += pull;
-    by_node.col(pairs[p].b) -= pull;
+    const double a = seen.sigma[pairs[p].a];
+    const double b = seen.sigma[pairs[p].b];
+    sigma[static_cast<Eigen::Index>(p)] = std::sqrt(a * a + b * b + 2 * model_error * model_error);
   }
-  return (by_node.colwise().squaredNorm().transpose().array() * seen.sigma.array().square()).sum();
+  return sigma;
+}
+
+Eigen::Matrix3Xd ModelNodes(const SeenNodes& seen, const NodeMotion& motion) {
+  Eigen::Matrix3Xd nodes(3, seen.index.size());
+  for (Eigen::Index i = 0; i < seen.index.size(); ++i) nodes.col(i) = motion.nodes.col(seen.index[i]);
+  return nodes;
 }
 
 // Rows span few creases, so one direction of motion can stand for every kFoldDirections-th crease.
@@ -165,16 +185,19 @@ NodeMotion MotionByCreases(const FitFrame& frame, FoldTangent fold) {
   return MoveNodes(*frame.layout, fold);
 }
 
-void AddCreases(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight, const SeenNodes& seen,
-                const NodeMotion& by_crease, double model_error, Eigen::VectorXd& share) {
+void AddCreases(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight,
+                const Eigen::VectorXd& row_sigma, const SeenNodes& seen, const NodeMotion& by_crease,
+                Eigen::VectorXd& share) {
   if (share.size() == 0) share.setZero(by_crease.nodes.cols() - 1);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const RowGeometry row = GeometryOf(pairs[p], seen, by_crease, model_error);
-    for (int crease = row.a; crease < row.b; ++crease) {
+    const Eigen::Index row = static_cast<Eigen::Index>(p);
+    const int a = seen.index[pairs[p].a];
+    const int b = seen.index[pairs[p].b];
+    const Eigen::Vector3d direction = (by_crease.nodes.col(b) - by_crease.nodes.col(a)).normalized();
+    for (int crease = a; crease < b; ++crease) {
       const Eigen::Matrix3Xd& velocity =
           by_crease.velocity[static_cast<std::size_t>(crease % kFoldDirections)];
-      share[crease] += weight[static_cast<Eigen::Index>(p)] / row.sigma *
-                       row.direction.dot(velocity.col(row.b) - velocity.col(row.a));
+      share[crease] += weight[row] / row_sigma[row] * direction.dot(velocity.col(b) - velocity.col(a));
     }
   }
 }
@@ -233,7 +256,10 @@ std::optional<double> MeasuredNoise(const FitRun& run, const FoldFitOptions& opt
         };
         const double apart = weight.dot(bounded(at.value) - bounded(then.value));
         squares += apart * apart;
-        foretold += 2 * VarianceOfPictures(pairs, weight, one.seen, motion, options.residual.model_error);
+        const Eigen::Matrix3Xd followed =
+            FollowedNodes(pairs, weight, RowSigma(pairs, one.seen, options.residual.model_error),
+                          ModelNodes(one.seen, motion));
+        foretold += 2 * VarianceAlone(followed, one.seen);
         ++repeats;
       }
     }
@@ -287,18 +313,32 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
           const FrameResidual& at, Outlook& outlook) {
         const std::vector<NodePair> pairs = PairsOf(frame.seen, options.residual.creases);
         const Eigen::VectorXd weight = WeightOfRows(frame, at, outlook);
-        outlook.pictures += VarianceOfPictures(pairs, weight, frame.seen, motion, model_error);
-        AddCreases(pairs, weight, frame.seen, by_crease, model_error, outlook.creases[TentacleOf(frame)]);
+        const Eigen::VectorXd sigma = RowSigma(pairs, frame.seen, model_error);
+        const Eigen::Matrix3Xd followed = FollowedNodes(pairs, weight, sigma, ModelNodes(frame.seen, motion));
+        outlook.pictures += VarianceAlone(followed, frame.seen);
+        AddCreases(pairs, weight, sigma, frame.seen, by_crease, outlook.creases[TentacleOf(frame)]);
+        const Eigen::MatrixXd& factor = frame.observed->covariance_factor;
+        if (&outlook != &outlooks.front() || factor.rows() != 3 * motion.nodes.cols()) return;
+        outlook.alone += VarianceAlone(followed, frame.seen);
+        outlook.together +=
+            VarianceTogether(FollowedNodes(pairs, weight, sigma, frame.seen.points), frame.seen, factor);
       },
       MotionByCreases);
 
   ViewHint hint;
   const Outlook& now = outlooks[0];
   const std::optional<double> measured = MeasuredNoise(run, options, now);
-  hint.from_repeats = measured.has_value();
+  double factor = 1;
+  if (measured) {
+    hint.known_from = PictureErrors::kRepeats;
+    factor = *measured;
+  } else if (now.alone > 0) {
+    hint.known_from = PictureErrors::kCovariance;
+    factor = now.together / now.alone;
+  }
   // The trials' scatter is known from few trials: by chance it may be less than the pictures alone would
   // give.
-  hint.picture_share = std::min(1.0, measured.value_or(1) * now.pictures / variance);
+  hint.picture_share = std::min(1.0, factor * now.pictures / variance);
   const auto ratio = [&](const Outlook& then) {
     const double of_creases = now.OfCreases() > 0 ? then.OfCreases() / now.OfCreases() : 1;
     return std::sqrt((1 - hint.picture_share) * of_creases +

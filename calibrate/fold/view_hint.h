@@ -12,7 +12,8 @@ namespace tendril {
 //   pictures   sum over nodes of sigma^2 |q|^2, q how the estimate follows the node's place: errors that are
 //   new
 //              in each frame. Their size is measured where frames repeat (a tentacle held at one pull looks
-//              the same in each, but for them); else it is that of the stated sigmas.
+//              the same in each, but for them); else it follows from the covariances that frames state; else
+//              the sigmas are taken at their word.
 //   tentacles  the rest. It falls as that of creases whose stiffness is a little off, alike in all frames of
 //   a
 //              trial, would: more creases seen are more to average over.

@@ -53,7 +53,7 @@ void ForetoldIsWhatComesOut(const std::string& part, std::uint64_t seed, double 
     for (std::size_t i = 0; i < 3; ++i) {
       const auto hint = ViewHintOf(without.value(), WithPlace(), static_cast<int>(i));
       ASSERT_TRUE(hint.has_value());
-      EXPECT_TRUE(hint->from_repeats);
+      EXPECT_EQ(hint->known_from, PictureErrors::kRepeats);
       EXPECT_LE(hint->perfect_ratio, hint->error_ratio[0] + 0.02);
       foretold[i] += hint->error_ratio[0] / kCampaigns;
       before[i] += without.value().fit.parameters[i].standard_error;
@@ -144,8 +144,36 @@ TEST(ViewHint, NoisesShareIsThatOfTheStatedSigmasWhereNothingRepeats) {
   std::erase_if(observations, [](const FoldObservation& o) { return o.time > 3; });
   const auto fit = FitFold(observations, WithPlace());
   ASSERT_TRUE(fit.ok() && fit.value().hint && fit.value().hint->view);
-  EXPECT_FALSE(fit.value().hint->view->from_repeats);
+  EXPECT_EQ(fit.value().hint->view->known_from, PictureErrors::kStatedSigma);
   EXPECT_THAT(fit.value().hint->view->sentence, HasSubstr("by the stated sigmas"));
+}
+
+TEST(ViewHint, ErrorsThatNeighboursShareAreNoErrorsOfDistances) {
+  std::vector<FoldObservation> observations =
+      DrawCampaign(Study("tentacles alike"), Short(), kTruth, 5'400'000).before;
+  std::erase_if(observations, [](const FoldObservation& o) { return o.time > 3; });
+  const auto share_with = [&](double together) {
+    for (FoldObservation& o : observations) {
+      const Eigen::VectorXd sigma = o.sigma.array().isFinite().select(o.sigma, 0);
+      o.covariance_factor.setZero(3 * sigma.size(), 3 * sigma.size() + 3);
+      for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          o.covariance_factor(3 * i + axis, 3 * i + axis) = std::sqrt(1 - together) * sigma[i];
+          o.covariance_factor(3 * i + axis, 3 * sigma.size() + axis) = std::sqrt(together) * sigma[i];
+        }
+      }
+    }
+    const FitRun run = RunFit(observations, WithPlace(), {}).value();
+    const auto hint = ViewHintOf(run, WithPlace(), kEffectivePull);
+    EXPECT_EQ(hint->known_from, PictureErrors::kCovariance);
+    return hint->picture_share;
+  };
+  const FitRun run = RunFit(observations, WithPlace(), {}).value();
+  const double by_sigma = ViewHintOf(run, WithPlace(), kEffectivePull)->picture_share;
+  ASSERT_LT(by_sigma, 1);  // not cut: the shares below can be compared
+  EXPECT_NEAR(share_with(0), by_sigma, 0.02 * by_sigma);
+  // All nodes moved alike leave the distances as they are.
+  EXPECT_NEAR(share_with(0.75), 0.25 * by_sigma, 0.05 * by_sigma);
 }
 
 }  // namespace
