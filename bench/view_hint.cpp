@@ -26,7 +26,7 @@ namespace {
 struct Tally {
   double foretold = 0, share = 0, before = 0, after = 0;
   double off_before = 0, off_after = 0, square_before = 0, square_after = 0;
-  int count = 0, repeats = 0;
+  int count = 0;
 };
 
 double Spread(double sum, double squares, double n) {
@@ -56,7 +56,6 @@ void Run(const CameraStudy& study, int campaigns, std::uint64_t first_seed) {
       if (!hint || hint->best < 0) continue;
       Tally& tally = tallies[i];
       ++tally.count;
-      tally.repeats += hint->from_repeats ? 1 : 0;
       tally.foretold += hint->error_ratio[0];
       tally.share += hint->picture_share;
       tally.before += p.standard_error;

@@ -167,9 +167,12 @@ std::vector<Camera> CandidateCameras(const Rig& rig, const Eigen::Vector3d& midd
   std::vector<double> distances;
   for (const Camera& camera : rig.cameras) distances.push_back((EyeOf(camera) - middle_in_lab).norm());
   const double distance = Median(std::move(distances));
-  const Camera& first = rig.cameras.front();
+  const Camera& like =
+      *std::max_element(rig.cameras.begin(), rig.cameras.end(), [](const Camera& a, const Camera& b) {
+        return static_cast<double>(a.width_px) * a.height_px < static_cast<double>(b.width_px) * b.height_px;
+      });
   const bool on_its_side =
-      std::abs(first.camera_from_lab.linear()(0, 2)) > std::abs(first.camera_from_lab.linear()(1, 2));
+      std::abs(like.camera_from_lab.linear()(0, 2)) > std::abs(like.camera_from_lab.linear()(1, 2));
   for (const double elevation : kElevations) {
     for (int i = 0; i < kAzimuths; ++i) {
       const double azimuth = 2 * std::numbers::pi * i / kAzimuths;
@@ -177,7 +180,7 @@ std::vector<Camera> CandidateCameras(const Rig& rig, const Eigen::Vector3d& midd
       const Eigen::Vector3d toward(level * std::cos(azimuth), level * std::sin(azimuth),
                                    std::sin(elevation * kDegree));
       Camera& camera = candidates.emplace_back(
-          LookingAt(first, middle_in_lab + distance * toward, middle_in_lab, on_its_side));
+          LookingAt(like, middle_in_lab + distance * toward, middle_in_lab, on_its_side));
       camera.name = fmt::format("azimuth {} deg, elevation {} deg about the gripper's middle",
                                 360 / kAzimuths * i, elevation);
     }
@@ -245,7 +248,8 @@ Result<ViewPlaces> AddViews(const std::filesystem::path& trial_folder, FoldData&
     }
   }
   for (const Camera& camera : setting.candidates) {
-    const Eigen::Vector3d at = EyeOf(camera);
+    // Rounded here, so that none reads -0.00.
+    const Eigen::Vector3d at = (100 * EyeOf(camera)).array().round() / 100 + 0.0;
     places.names.push_back(
         fmt::format("another camera at ({:.2f}, {:.2f}, {:.2f}) m", at.x(), at.y(), at.z()));
     places.relative_names.push_back("another camera at " + camera.name);

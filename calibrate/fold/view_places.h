@@ -23,7 +23,8 @@ struct ViewPlaces {
 };
 
 // Cameras at eight azimuths and three elevations about the gripper's middle, as far from it as the rig's are
-// in the median, with the lens and the roll (upright or on its side) of its first.
+// in the median, with the lens, the picture and the roll (upright or on its side) of its camera with the
+// largest picture.
 std::vector<Camera> CandidateCameras(const Rig& rig, const Eigen::Vector3d& middle_in_lab);
 
 // Fills `cameras` of the observations from residuals.csv (tags that the tracker used), `further` for each

@@ -139,6 +139,17 @@ TEST(EndToEnd, RecordedTrialsBecomeCenterlinesParametersLinksAndRates) {
         << with;
   }
 
+  // What the rig's cameras are foretold to see of the folded tentacles, and what tracking found: most facets
+  // agree.
+  const json& view = fit["hint"]["view"];
+  EXPECT_EQ(view["place"].size(), view["error_ratio"].size());
+  EXPECT_EQ(view["place"].size(), 25u);
+  EXPECT_TRUE(view["best_place"].is_string());
+  const json& check = view["sight_check"];
+  const double both = check["both"];
+  EXPECT_GT(both, 0.7 * check["foretold"].get<double>()) << check;
+  EXPECT_GT(both, 0.6 * check["seen"].get<double>()) << check;
+
   const json stats = Ask({"stats", "--lab", lab, "--by", "design,distance", "--kind", "virtual"});
   ASSERT_EQ(stats["groups"].size(), 1u);
   EXPECT_EQ(stats["groups"][0]["n"], kTrials);
