@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "analysis/link/seen_from.h"
 #include "cli/command.h"
 #include "db/files/scene_toml.h"
+#include "model/fold/rising_fold.h"
 #include "model/scene/holding.h"
 
 namespace tendril::cli {
@@ -25,6 +27,29 @@ std::string PlaceText(const Eigen::Vector3d& v) {
 
 std::string NameOf(ObjectMotion motion) {
   return motion == ObjectMotion::kFixed ? "fixed" : motion == ObjectMotion::kFree ? "free" : "hanging";
+}
+
+// A design that a calibration wrote folds otherwise than the published law has it.
+void TellFold(const Scene& scene, Output& out) {
+  if (!scene.gripper) return;
+  const TentacleDesign& design = scene.gripper->design;
+  if (!design.law && design.pull_scale == 1) return;
+  const std::string law =
+      design.law ? fmt::format("law {}, as the design states it", NameOf(*design.law)) : "as published";
+  std::vector<std::string> values = {fmt::format("pull_scale {:.4g}", design.pull_scale),
+                                     fmt::format("stiffness_ratio {:.4g}", design.stiffness_ratio),
+                                     fmt::format("stiffness_exponent {:.4g}", design.stiffness_exponent)};
+  if (design.law) {
+    values.push_back(fmt::format("rest angle {:.3g} deg", design.rest_angle * 180 / std::numbers::pi));
+    values.push_back(fmt::format("friction {:.3g}", design.tendon_friction));
+  }
+  out.Print("folds by {} (design {}): {}", law, scene.gripper->design_name, fmt::join(values, ", "));
+  out.fields()["fold_law"] = {{"law", design.law ? nlohmann::ordered_json(NameOf(*design.law)) : nullptr},
+                              {"pull_scale", design.pull_scale},
+                              {"stiffness_ratio", design.stiffness_ratio},
+                              {"stiffness_exponent", design.stiffness_exponent},
+                              {"rest_angle_deg", design.rest_angle * 180 / std::numbers::pi},
+                              {"friction", design.tendon_friction}};
 }
 
 }  // namespace
@@ -47,6 +72,7 @@ void TellPlan(const Scene& scene, const SimulationPlan& plan, bool reasons, Outp
     fields["time_step_s"] = plan.time_step;
     out.Print("level {}, steps of {:.3g} s: {}", level, plan.time_step, plan.step_why);
   }
+  TellFold(scene, out);
   fields["terms"] = TermsOf(plan);
   std::vector<std::string> on, off;
   for (const PlanTerm& term : plan.terms) {

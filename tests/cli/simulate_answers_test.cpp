@@ -82,6 +82,29 @@ TEST(SimulateAnswers, TheSceneOfTheFormatsPageRuns) {
   EXPECT_EQ(run.at("trusted"), true);
 }
 
+TEST(SimulateAnswers, ADesignThatWasFittedSaysByWhichLawItFolds) {
+  const TemporaryFolder folder;
+  WriteText(folder / "drawn.toml", "");
+  WriteText(folder / "fitted.toml",
+            "[crease]\nlaw = \"exact\"\nrest_angle_deg = 12\n[tendon]\npull_scale = 0.95\nfriction = 0.02\n");
+  const auto plan = [&](const std::string& design) {
+    WriteText(folder / "scene.toml",
+              "duration = 1\n[gripper]\ndesign = \"" + design +
+                  "\"\ntentacles = 2\npull = 0.1\n[gripper.rod]\nbase_radius = 0.01\nyoungs_modulus = 1.6e6\n"
+                  "density = 400\nelements = 50\n");
+    const auto run = RunProgram({"simulate", folder / "scene.toml", "--plan"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.out;
+  };
+  EXPECT_THAT(plan("drawn.toml"), Not(HasSubstr("folds by")));
+  EXPECT_THAT(plan("fitted.toml"),
+              AllOf(HasSubstr("folds by law exact, as the design states it"), HasSubstr("pull_scale 0.95"),
+                    HasSubstr("rest angle 12 deg"), HasSubstr("friction 0.02")));
+  const json told = Json(RunProgram({"simulate", folder / "scene.toml", "--plan", "--json"}));
+  EXPECT_EQ(told.at("fold_law").at("law"), "exact");
+  EXPECT_EQ(told.at("fold_law").at("pull_scale"), 0.95);
+}
+
 TEST(SimulateAnswers, WhatTouchesIsToldAsAShareToo) {
   const TemporaryFolder folder;
   const json told =
