@@ -185,6 +185,20 @@ Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
   return Calibrated{std::move(from.calibration), std::move(from.views), {}};
 }
 
+// What most likely is wrong if no picture at all shows the board that was named.
+Error BoardNotFound(const Board& board, const BoardsSeen& seen) {
+  int pictures = 0;
+  for (const int count : seen.pictures) pictures += count;
+  const char* counted =
+      "inner corners across x down, one less than the squares each way, and all of them in the picture";
+  if (board.kind == BoardKind::kCharuco)
+    counted = "squares across x down; the dictionary is that of its markers";
+  if (board.kind == BoardKind::kAprilGrid) counted = "tags across x down; the border is 1 or 2 bits wide";
+  return {ErrorKind::kBadInput,
+          fmt::format("--board {}: found in none of {} pictures; expected its counts to be {}",
+                      BoardText(board), pictures, counted)};
+}
+
 Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
   const auto board = ParseBoard(call.board);
   if (!board.ok()) return board.error();
@@ -197,6 +211,7 @@ Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
   }
   auto seen = FindBoards(pictures.value(), board.value(), call.every, out.ShowProgress("boards"));
   if (!seen.ok()) return seen.error();
+  if (seen.value().views.empty()) return BoardNotFound(board.value(), seen.value());
   for (const std::string& note : seen.value().notes) out.Warn(note);
   if (LooksSameTurned(board.value()) && pictures.value().size() > 1) {
     out.Warn(

@@ -68,6 +68,13 @@ TEST(CalibrateCamerasCommand, DrawnPicturesBecomeARigFile) {
   const cv::Mat map = cv::imread(folder / "map.png");
   EXPECT_GT(map.cols, 1000);
 
+  // A board of other counts.
+  const auto wrong = RunProgram({"calibrate", "cameras", "--board", "chessboard:10x7:0.03", "--camera",
+                                 "left=" + folder / "left*.png"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("chessboard:10x7:0.03: found in none of 8 pictures"));
+  EXPECT_THAT(wrong.err, HasSubstr("inner corners across x down"));
+
   // Lenses that are known stay.
   const auto again = RunProgram({"calibrate", "cameras", "--board", "chessboard:9x6:0.03", "--camera",
                                  "left=" + folder / "left*.png", "--camera", "right=" + folder / "right*.png",
