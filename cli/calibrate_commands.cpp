@@ -1,6 +1,8 @@
 // tendril calibrate fold: the fold model's parameters from tracked trials.
 #include "cli/calibrate_commands.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -208,6 +210,19 @@ Status RunCalibrateFold(const CalibrateFoldCall& call, Output& out) {
   if (!lab.ok()) return lab.error();
   const auto by_design = ChooseTrials(lab.value(), call);
   if (!by_design.ok()) return by_design.error();
+  if (!call.out.empty()) {
+    const std::filesystem::path folder = std::filesystem::absolute(call.out).parent_path();
+    if (!std::filesystem::is_directory(folder)) {
+      return Error{ErrorKind::kNotFound,
+                   fmt::format("--out {}: there is no folder {}; make it, or name another", call.out,
+                               folder.string())};
+    }
+    if (std::filesystem::is_directory(call.out))
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("--out {}: is a folder; expected a file (TOML)", call.out)};
+    if (access(folder.c_str(), W_OK) != 0)
+      return Error{ErrorKind::kBadInput, fmt::format("--out {}: its folder cannot be written to", call.out)};
+  }
   if (!call.out.empty() && std::filesystem::exists(call.out)) {
     const Result<std::string> there = ReadText(call.out);
     if (!there.ok()) return there.error();

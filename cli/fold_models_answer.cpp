@@ -74,8 +74,13 @@ Result<FoldFit> CompareModels(std::span<const FoldObservation> observations, con
               1e3 * one.fit->residual_rms, held_out, behind, one.aic_difference, ParametersOf(*one.fit));
   }
   out.Print(
-      "  held-out: hole distances of trials that the parameters were not fitted to, one trial left out at a "
-      "time");
+      "  residual: of the holes, RMS, after the fitted shape is laid on each curve as a whole; it holds sag "
+      "and bent "
+      "facets, too");
+  out.Print(
+      "  held-out: of distances between near holes, RMS under a robust loss, of trials that the parameters "
+      "were "
+      "not fitted to (one left out at a time); it decides");
   out.Print(
       "  dAIC takes a loss of {:.1f} in the {} rows for one, as much as those of one trial err together",
       c.inflation, c.rows);

@@ -76,7 +76,7 @@ struct FittedParameter {
     double high = std::numeric_limits<double>::quiet_NaN();
   } interval;  // at options.confidence; NaN: none
   bool identified = false;
-  bool at_bound = false;  // rests at 0, its least value: better asked for its profile (fold_profile.h)
+  bool at_bound = false;  // rests at 0, its least value: its profile shows what lies beside (fold_profile.h)
   std::string why;        // why not identified
 };
 

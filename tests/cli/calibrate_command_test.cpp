@@ -192,6 +192,26 @@ TEST_F(CalibrateFoldCommand, ADesignThatAPersonWroteIsNotReplaced) {
   EXPECT_EQ(Rows("fit"), 0);
 }
 
+TEST_F(CalibrateFoldCommand, AFileThatCannotBeWrittenIsRefusedBeforeTheFit) {
+  AddTrial("a", Short(0.5), "tapered", 1);
+  const auto run = Calibrate({"--trials", "a", "--out", folder_ / "none/fitted.toml"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("there is no folder"), std::string::npos) << run.err;
+  EXPECT_EQ(run.out.find("pull_scale"), std::string::npos) << run.out;
+  EXPECT_EQ(Calibrate({"--trials", "a", "--out", folder_ / "lab"}).exit_code, 2);
+  EXPECT_EQ(Rows("fit"), 0);
+}
+
+TEST_F(CalibrateFoldCommand, SaysWhatItsColumnsAre) {
+  for (int i = 0; i < 3; ++i) AddTrial("t-" + std::to_string(i), Short(0.5), "tapered", 10 + i);
+  const auto run = Calibrate({"--kind", "virtual", "--compare", "--dry-run"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const char* const line : {"residual: of the holes, RMS", "held-out: of distances", "dAIC takes"})
+    EXPECT_NE(run.out.find(line), std::string::npos) << line;
+  // Trials without cameras: what perfect pictures would do.
+  EXPECT_NE(run.out.find("every node seen without error"), std::string::npos) << run.out;
+}
+
 TEST_F(CalibrateFoldCommand, SaysWhatIsMissing) {
   auto run = Calibrate({});
   EXPECT_EQ(run.exit_code, 2);
