@@ -32,9 +32,11 @@ TagSlop SlopOfTag(const ChainOptions& options, const Eigen::Matrix3d& lab_from_s
                           (weight(lift) - weight(place)) * r.col(0) * r.col(0).transpose()};
 }
 
-Eigen::Matrix3d HoleSlop(const ChainOptions& options, const Eigen::Matrix3d& lab_from_sheet_rotation) {
+Eigen::Matrix3d HoleSlop(const ChainOptions& options, const Eigen::Matrix3d& lab_from_sheet_rotation,
+                         bool facet_seen) {
   const double place = options.sigma_hole * options.sigma_hole;
-  const double lift = options.sigma_hole_lift * options.sigma_hole_lift;
+  const double bridged = facet_seen ? 0 : options.sigma_bridged_lift * options.sigma_bridged_lift;
+  const double lift = options.sigma_hole_lift * options.sigma_hole_lift + bridged;
   const Eigen::Vector3d normal = lab_from_sheet_rotation.col(0);
   return place * Eigen::Matrix3d::Identity() + (lift - place) * normal * normal.transpose();
 }

@@ -22,6 +22,9 @@ struct ChainOptions {
   double sigma_facet_bend = 0.012;   // bend: a tag out of its facet's plane about y, besides, rad
   double sigma_hole = 0.15e-3;       // a hole against its place, along the facet's y and z, m
   double sigma_hole_lift = 0.03e-3;  // likewise along its normal, m
+  // Likewise of a facet that no tag shows: its bend lifts both of its ends alike, which sigma_gap has as two
+  // errors that average out.
+  double sigma_bridged_lift = 0.09e-3;
   double sigma_gap = 0.22e-3;  // bend, crease's place: a crease as its facets carry it, along their normal, m
   double sigma_gap_flat = 0.06e-3;    // likewise in the facet's plane, m
   double sigma_swing = 0.008;         // turning about other axes than the crease, rad
@@ -60,6 +63,7 @@ CornerSigma SigmaOfView(double stated_px, const ChainOptions& options);
 TagSlop SlopOfTag(const ChainOptions& options, const Eigen::Matrix3d& lab_from_sheet_rotation);
 
 // Covariance of a hole against its place on such a facet, in the lab, m^2.
-Eigen::Matrix3d HoleSlop(const ChainOptions& options, const Eigen::Matrix3d& lab_from_sheet_rotation);
+Eigen::Matrix3d HoleSlop(const ChainOptions& options, const Eigen::Matrix3d& lab_from_sheet_rotation,
+                         bool facet_seen);
 
 }  // namespace tendril

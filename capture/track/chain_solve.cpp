@@ -214,7 +214,7 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
     const Eigen::MatrixXd half = curve * poses;
     covariance = curve * half.transpose();
     for (int i = 0; i < holes; ++i) {
-      covariance.block<3, 3>(3 * i, 3 * i) += HoleSlop(options, best->facets[i].rotation);
+      covariance.block<3, 3>(3 * i, 3 * i) += HoleSlop(options, best->facets[i].rotation, facet_seen[i] != 0);
     }
   } else {
     covariance = Eigen::MatrixXd::Constant(4 * holes, 4 * holes, 0);

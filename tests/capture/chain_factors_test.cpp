@@ -7,8 +7,10 @@
 #include <cmath>
 #include <random>
 
+#include "capture/rig/virtual_truth.h"
 #include "capture/track/chain_curve.h"
 #include "capture/track/chain_matrix.h"
+#include "capture/track/chain_options.h"
 #include "model/fold/facet_chain.h"
 #include "tests/support/synthetic_view.h"
 
@@ -126,6 +128,21 @@ TEST(WithSlop, IsTheMarginalOfTheFullQuadratic) {
   const Eigen::Matrix<double, 6, 1> slop = -with_slop.inverse() * (fit.gradient + fit.hessian * x);
   const double least = quadratic(x + slop) + slop.dot(weight.asDiagonal() * slop);
   EXPECT_NEAR(loose.cost + 2 * loose.gradient.dot(x) + x.dot(loose.hessian * x), least, 1e-9);
+}
+
+// Ends that are lifted alike lift the middle as much; two errors that average out lift it 1 / sqrt(2) as
+// much.
+TEST(HoleSlop, OfAFacetWithoutATagIsWiderByWhatItsBendLiftsAlongTheNormalAlone) {
+  const ChainOptions options;
+  const double bend = TruthRanges{}.facet_bend_sd;
+  const double lift = 0.5 * bend * 0.005;  // of an end: half of the bend over 5 mm, m
+  std::mt19937_64 random(4);
+  const Eigen::Matrix3d rotation = RandomState(random, 1, 0).rotation;
+  const Eigen::Matrix3d more = HoleSlop(options, rotation, false) - HoleSlop(options, rotation, true);
+  const Eigen::Matrix3d in_sheet = rotation.transpose() * more * rotation;
+  EXPECT_NEAR(std::sqrt(in_sheet(0, 0)), std::sqrt(lift * lift - lift * lift / 2), 0.01e-3);
+  EXPECT_LT((in_sheet - in_sheet(0, 0) * Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix()).norm(),
+            1e-20);
 }
 
 TEST(FoldAngleBetween, IsTheAngleThatTheChainWasFoldedWith) {
