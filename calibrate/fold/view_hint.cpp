@@ -11,6 +11,7 @@ namespace tendril {
 namespace {
 
 constexpr int kFewestRepeats = 8;
+constexpr double kMostFrames = 2000;  // looked at; of more, some stand for all
 
 // How a node's sigma depends on how many cameras saw its facet: medians of these data.
 class SigmaByCameras {
@@ -286,8 +287,17 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
     places.push_back(place);
   std::vector<Outlook> outlooks(places.size());
   for (Outlook& outlook : outlooks) outlook.nuisances.resize(run.solution.nuisances.size());
+  // Spread by the golden ratio, which beats with no number of frames per trial.
+  std::vector<const FitFrame*> chosen;
+  const double part = kMostFrames / static_cast<double>(run.frames.frames.size());
+  for (std::size_t f = 0; f < run.frames.frames.size(); ++f) {
+    const double turns = 0.6180339887498949 * static_cast<double>(f);
+    if (turns - std::floor(turns) < part) chosen.push_back(&run.frames.frames[f]);
+  }
+  const double share = static_cast<double>(chosen.size()) / static_cast<double>(run.frames.frames.size());
   const auto each = [&](const auto& deed, const auto& per_frame) {
-    for (const FitFrame& frame : run.frames.frames) {
+    for (const FitFrame* const of_run : chosen) {
+      const FitFrame& frame = *of_run;
       const double nuisance = NuisanceOf(frame, run.solution.nuisances);
       const std::optional<FoldTangent> fold = FoldOf(frame, run.solution.parameters, nuisance);
       if (!fold) continue;
@@ -338,7 +348,8 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
   }
   // The trials' scatter is known from few trials: by chance it may be less than the pictures alone would
   // give.
-  hint.picture_share = std::min(1.0, factor * now.pictures / variance);
+  // All frames have errors of their own, not only those that were looked at.
+  hint.picture_share = std::min(1.0, factor * share * now.pictures / variance);
   const auto ratio = [&](const Outlook& then) {
     const double of_creases = now.OfCreases() > 0 ? then.OfCreases() / now.OfCreases() : 1;
     return std::sqrt((1 - hint.picture_share) * of_creases +
