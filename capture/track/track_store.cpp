@@ -67,6 +67,7 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
                             {"sigma_facet_bend_rad", chain.sigma_facet_bend},
                             {"sigma_hole_m", chain.sigma_hole},
                             {"sigma_hole_lift_m", chain.sigma_hole_lift},
+                            {"sigma_bridged_lift_m", chain.sigma_bridged_lift},
                             {"sigma_gap_m", chain.sigma_gap},
                             {"sigma_gap_flat_m", chain.sigma_gap_flat},
                             {"sigma_swing_rad", chain.sigma_swing},
