@@ -13,15 +13,19 @@ namespace {
 
 // Against one more trial at the best pull, which lowers the standard error by trial_gain of it.
 std::string ViewSentence(const ViewHint& view, const std::vector<std::string>& places, double trial_gain) {
-  const char* const source = view.known_from == PictureErrors::kStatedSigma  ? ", by the stated sigmas"
-                             : view.known_from == PictureErrors::kCovariance ? ", by the stated covariance"
-                                                                             : "";
+  // What a tracker states allows for calibration errors that are alike in all pictures: it bounds those that
+  // are new in each.
+  const bool measured = view.known_from == PictureErrors::kRepeats;
   const std::string split =
-      fmt::format("{:.0f} % of its variance is of pictures{}, {}", 100 * view.picture_share, source,
-                  view.picture_share > 0.995 ? "next to nothing of tentacles that differ"
-                                             : "the rest of tentacles that differ");
-  const auto lower = [](double ratio) {
-    return fmt::format("{:.0f} % lower", 100 * std::max(0.0, 1 - ratio));
+      measured ? fmt::format("{:.0f} % of its variance is of pictures, the rest of tentacles that differ",
+                             100 * view.picture_share)
+               : fmt::format(
+                     "by the stated {} up to {:.0f} % of its variance is of pictures, the rest of tentacles "
+                     "that differ",
+                     view.known_from == PictureErrors::kCovariance ? "covariance" : "sigmas",
+                     100 * view.picture_share);
+  const auto lower = [&](double ratio) {
+    return fmt::format("{}{:.0f} % lower", measured ? "" : "up to ", 100 * std::max(0.0, 1 - ratio));
   };
   if (view.best < 0) {
     const std::string bound =
@@ -34,7 +38,8 @@ std::string ViewSentence(const ViewHint& view, const std::vector<std::string>& p
   const double gain = 1 - view.error_ratio[static_cast<std::size_t>(view.best)];
   const char* const verdict = gain < 0.03          ? "more views would hardly help"
                               : gain <= trial_gain ? "another view would help less than that trial"
-                                                   : "another view would help more than that trial";
+                              : measured           ? "another view would help more than that trial"
+                                                   : "another view might help more than that trial";
   return fmt::format("{}: with {} in all these trials it would have been {} ({})", verdict,
                      places[static_cast<std::size_t>(view.best)], lower(1 - gain), split);
 }

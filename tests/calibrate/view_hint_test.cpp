@@ -145,7 +145,7 @@ TEST(ViewHint, NoisesShareIsThatOfTheStatedSigmasWhereNothingRepeats) {
   const auto fit = FitFold(observations, WithPlace());
   ASSERT_TRUE(fit.ok() && fit.value().hint && fit.value().hint->view);
   EXPECT_EQ(fit.value().hint->view->known_from, PictureErrors::kStatedSigma);
-  EXPECT_THAT(fit.value().hint->view->sentence, HasSubstr("by the stated sigmas"));
+  EXPECT_THAT(fit.value().hint->view->sentence, HasSubstr("by the stated sigmas up to"));
 }
 
 TEST(ViewHint, ErrorsThatNeighboursShareAreNoErrorsOfDistances) {
