@@ -28,7 +28,8 @@ TEST(RealSoftLimb, TheExampleScriptTakesItIntoALab) {
   for (const auto& entry : std::filesystem::directory_iterator(folder / "lab")) {
     figures += entry.path().extension() == ".svg" ? 1 : 0;
   }
-  EXPECT_EQ(figures, 1);
+  EXPECT_EQ(figures, 3);  // against the duty cycle, and each limb against its actuators' temperature
+  EXPECT_NE(said.find("95 %"), std::string::npos) << said;  // what is said of the loop
 }
 
 }  // namespace
