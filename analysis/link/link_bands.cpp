@@ -94,7 +94,8 @@ FramedCurve DrawnCurve(const FramedCurve& curve, const Eigen::MatrixXd& factor, 
   const Eigen::VectorXd off = factor * z.head(factor.cols());
   FramedCurve drawn = curve;
   drawn.points += Eigen::Map<const Eigen::Matrix3Xd>(off.data(), 3, curve.points.cols());
-  if (turn.rows() == 0 || curve.normals.cols() != curve.points.cols()) return drawn;
+  if (turn.rows() == 0 || curve.normals.cols() != curve.points.cols() || curve.points.cols() < 2)
+    return drawn;
   const Eigen::VectorXd angle = turn * z;
   const Eigen::Index last = curve.points.cols() - 1;
   for (Eigen::Index i = 0; i <= last; ++i) {

@@ -32,13 +32,21 @@ AngleKnowledge KnowledgeOfAngles(const ChainProblem& problem, const Descent& run
   AngleKnowledge knowledge{.sigma = (inflation * variances).cwiseSqrt(),
                            .by_pictures = Eigen::VectorXd::Zero(variances.size())};
 
+  for (std::size_t i = 0; i < motions.size(); ++i) {  // turned about an axis square to it there is no angle
+    if (motions[i].after.isZero(0))
+      knowledge.sigma[static_cast<Eigen::Index>(i)] = std::numeric_limits<double>::quiet_NaN();
+  }
+
   // The same fit with nothing expected of any fold angle: what it is sure of, the pictures and the facets'
   // stiffness tell.
   constexpr double kOpen = 1e2;  // rad
   ChainProblem open = problem;
-  for (CreasePrior& prior : open.priors) prior.sigma_angle = kOpen;
+  for (CreasePrior& prior : open.priors) {
+    prior.sigma_angle = kOpen;
+    prior.recalled_weight = 0;
+  }
   ChainOptions options = *problem.options;
-  options.sigma_base_fold = kOpen;
+  options.sigma_base_fold = options.sigma_free_opening = kOpen;
   open.options = &options;
   Linearised at = run.at;
   AddUp(open, run.facets, run.weight, at);

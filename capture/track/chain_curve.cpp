@@ -103,18 +103,6 @@ Eigen::MatrixXd OwnPart(const Eigen::MatrixXd& rest, int shared) {
 
 }  // namespace
 
-Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank) {
-  const int size = static_cast<int>(covariance.rows());
-  TENDRIL_CHECK(covariance.cols() == size && size % 3 == 0 && rank >= 12);
-  const int shared = std::min(12, size);  // columns for the rest
-  const int largest = std::clamp(rank - shared, 0, size);
-  Eigen::MatrixXd rest = covariance;
-  Eigen::MatrixXd factor(size, largest + shared);
-  factor.leftCols(largest) = LargestPart(rest, size, largest);
-  factor.rightCols(shared) = OwnPart(rest, shared);
-  return factor;
-}
-
 CurveFactors FactorsOfCurve(const Eigen::MatrixXd& covariance, int rank) {
   const int nodes = static_cast<int>(covariance.rows()) / 4;
   const int points = 3 * nodes;

@@ -18,15 +18,12 @@ FramedCurve CurveOfFacets(const TentacleLayout& layout, const std::vector<FacetS
 // The same curve's segments: lengths and frames (no turning). Two facets or more.
 TendonCurve SegmentsOfFacets(const TentacleLayout& layout, const std::vector<FacetState>& facets);
 
-// F with F F^T close to `covariance` (3 nodes square): the largest part by pivoted Cholesky, the rest as an
-// error of each node for itself. A node's own 3 x 3 block is exact. All nodes share 12 columns for that rest,
-// each turned its own way, which adds correlations of either sign between nodes, of 0.3 of the rest.
-//   rank  columns, at least 12; no more than 3 nodes are made
-Eigen::MatrixXd FactorOfCovariance(const Eigen::MatrixXd& covariance, int rank);
-
-// Points and the turns of their normals are drawn together: points move by F z, normals turn by G z, where F
-// is the above and G has more columns than F (z goes on). A turn's own variance is exact, as is what it has
-// in common with the largest part of F.
+// Points and the turns of their normals are drawn together: points move by F z, normals turn by G z.
+// F F^T is close to the points' covariance: the largest part by pivoted Cholesky, the rest as an error of
+// each node for itself. A node's own 3 x 3 block is exact. All nodes share 12 columns for that rest, each
+// turned its own way, which adds correlations of either sign between nodes, of 0.3 of the rest. G has more
+// columns than F (z goes on). A turn's own variance is exact, as is what it has in common with the largest
+// part of F.
 struct CurveFactors {
   Eigen::MatrixXd
       points;  // F, m                                                              (3 nodes, rank)
@@ -35,6 +32,7 @@ struct CurveFactors {
 };
 
 //   covariance  of the points and then of the turns, as CurveOfSteps has them                (4 nodes square)
+//   rank        columns of F, at least 12; no more than 3 nodes are made
 CurveFactors FactorsOfCurve(const Eigen::MatrixXd& covariance, int rank);
 
 }  // namespace tendril

@@ -95,6 +95,11 @@ ChainProblem MakeChainProblem(const ChainModel& model, std::span<const Camera> c
     problem.priors[static_cast<std::size_t>(i)].recalled_weight = 1 / recalled.sigma[i];
   }
   problem.nominal = NominalChain(model);
+  if (!options.fold_law) {  // the base turns with the fold, which nobody knows: about a flat tentacle's
+    ChainModel flat = model;
+    flat.expected_angle.setZero();
+    problem.nominal.front() = NominalChain(flat).front();
+  }
   std::map<int, std::vector<int>> by_tag;
   for (int v = 0; v < static_cast<int>(views.size()); ++v) by_tag[views[v].place->id].push_back(v);
   for (auto& [id, members] : by_tag) problem.tags.push_back(std::move(members));

@@ -48,10 +48,10 @@ std::vector<double> Disagreement(const ChainProblem& problem, const Descent& run
   std::vector<double> disagreement(problem.views.size(), std::numeric_limits<double>::infinity());
   const ChainCholesky cholesky(run.at.matrix);
   if (!cholesky.ok()) return disagreement;
-  const std::vector<Eigen::Matrix<double, 6, 6>> covariance = cholesky.PoseCovariances();
+  const std::vector<NearCovariance> covariance = cholesky.NearCovariances();
   for (const std::vector<int>& members : problem.tags) {
     const int facet = problem.views[members.front()].place->facet;
-    const Eigen::Matrix<double, 6, 6> information = covariance[facet].inverse();
+    const Eigen::Matrix<double, 6, 6> information = covariance[facet].own.topLeftCorner<6, 6>().inverse();
     for (const int v : members) {
       if (!run.at.views[v]) continue;
       const ViewFit share = ShareOfView(problem, run, members, v);

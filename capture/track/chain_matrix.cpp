@@ -38,23 +38,6 @@ std::vector<FacetVector> ChainCholesky::Solve(const std::vector<FacetVector>& ri
   return x;
 }
 
-std::vector<Eigen::Matrix<double, 6, 6>> ChainCholesky::PoseCovariances() const {
-  TENDRIL_CHECK(ok_);
-  std::vector<Eigen::Matrix<double, 6, 6>> poses(factor_.size());
-  FacetMatrix covariance = FacetMatrix::Zero();
-  for (std::size_t i = factor_.size(); i-- > 0;) {
-    FacetMatrix here = factor_[i].solve(FacetMatrix::Identity());
-    if (i + 1 < factor_.size()) {
-      const FacetMatrix transposed = factor_[i].matrixU().solve(coupling_[i].transpose());
-      const FacetMatrix spread = transposed.lazyProduct(covariance);
-      here += spread.lazyProduct(transposed.transpose());
-    }
-    covariance = 0.5 * (here + here.transpose());
-    poses[i] = covariance.topLeftCorner<6, 6>();
-  }
-  return poses;
-}
-
 std::vector<NearCovariance> ChainCholesky::NearCovariances() const {
   TENDRIL_CHECK(ok_);
   std::vector<NearCovariance> near(factor_.size());

@@ -28,9 +28,6 @@ class ChainCholesky {
   // x with matrix * x = right.                                                        (facets)
   std::vector<FacetVector> Solve(const std::vector<FacetVector>& right) const;
 
-  // Covariance of each facet's pose step (w, v), whatever the others do.            (facets)
-  std::vector<Eigen::Matrix<double, 6, 6>> PoseCovariances() const;
-
   // Covariance of each facet's step, and with that of the facet after it.         (facets)
   std::vector<NearCovariance> NearCovariances() const;
 

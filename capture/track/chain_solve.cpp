@@ -37,12 +37,18 @@ double CostWithRejects(const ChainProblem& problem, const Descent& run) {
   return cost;
 }
 
+// Creases that another moment tells of.
+int RecalledCount(const ChainModel& model) {
+  return static_cast<int>((model.recalled.sigma.array() > 0).count());
+}
+
 // Whether another start might lead to a better answer.
 bool IsDoubtful(const ChainProblem& problem, const Descent& run) {
   const double used = std::accumulate(run.weight.begin(), run.weight.end(), 0.0);
   const double total = static_cast<double>(run.weight.size());
   if (problem.views.empty()) return false;
-  return !run.converged || used < 0.85 * total || run.at.cost > 1.5 * kCornerNumbers * used;
+  return !run.converged || used < 0.85 * total ||
+         run.at.cost > 1.5 * (kCornerNumbers * used + RecalledCount(*problem.model));
 }
 
 // Whether two cameras see at least half of the facets that are seen.
@@ -137,7 +143,7 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
                          const ChainSolution* previous) {
   const auto begin = std::chrono::steady_clock::now();
   const int holes = static_cast<int>(model.layout.hole_z.size());
-  TENDRIL_CHECK(holes >= 1 && model.expected_angle.size() == holes - 1);
+  TENDRIL_CHECK(holes >= 2 && model.expected_angle.size() == holes - 1);
   TENDRIL_CHECK(model.recalled.angle.size() == model.recalled.sigma.size() &&
                 (model.recalled.sigma.size() == 0 || model.recalled.sigma.size() == holes - 1));
   for (const TagView& view : views) {
@@ -185,7 +191,8 @@ ChainSolution SolveChain(const ChainModel& model, std::span<const Camera> camera
   for (const char seen : facet_seen) solution.facets_seen += seen;
   solution.rms_reprojection_px = RmsReprojection(problem, *best);
   // Degrees of freedom: the facets' own numbers cancel against creases, base and openings.
-  const double freedom = kCornerNumbers * solution.views_used;
+  const double freedom =
+      solution.views_used > 0 ? kCornerNumbers * solution.views_used + RecalledCount(model) : 0;
   solution.chi_square = freedom > 0 ? best->at.cost / freedom : 0;
 
   solution.angle.resize(holes - 1);

@@ -18,8 +18,7 @@ Eigen::SparseMatrix<double> CurveOfSteps(const TentacleLayout& layout,
     const Eigen::Vector3d own = facets[static_cast<std::size_t>(facet)].rotation.transpose() * about;
     for (int k = 0; k < 3; ++k) entries.emplace_back(3 * holes + node, 6 * facet + k, own[k]);
   };
-  if (holes == 1) add(0, 0, facets.front().rotation.col(2));
-  for (int node = 0; node < holes && holes > 1; ++node) {
+  for (int node = 0; node < holes; ++node) {
     // The node's normal is the sum of its segments' ones, each of which turns with the mean of its facets.
     const int first = std::max(node - 1, 0);
     const int last = std::min(node, holes - 2);

@@ -1,7 +1,7 @@
 #pragma once
 // What a crease that is out of sight was seen to do a moment before or after: the fixed-lag temporal prior.
-// Only what pictures told of other moments is recalled, never an expectation, so that nothing is counted
-// twice. docs/tracking.md, "Near moments".
+// An angle is recalled as surely as that moment's own pictures told it; what it owed to expectations is not
+// counted a second time. docs/tracking.md, "Near moments".
 //
 // SI units, rad.
 
@@ -15,7 +15,7 @@ namespace tendril {
 struct MomentAngles {
   double time = 0;           // s
   Eigen::VectorXd expected;  // phi_i by the fold law
-  Eigen::VectorXd angle;     // phi_i as that moment's own pictures have it
+  Eigen::VectorXd angle;     // phi_i as that moment has it by itself
   Eigen::VectorXd sigma;
   Eigen::VectorXd by_pictures;  // as ChainSolution::angle_by_pictures
 };

@@ -11,6 +11,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -125,7 +126,7 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
     series.angle_sigma.push_back(solution.angle_sigma);
     series.angle_by_pictures.push_back(solution.angle_by_pictures);
     for (Eigen::Index i = 0; i < solution.angle_by_pictures.size(); ++i) {
-      told += solution.angle_by_pictures[i] >= 0.5 ? 1 : 0;
+      told += solution.angle_by_pictures[i] >= kToldByPictures ? 1 : 0;
     }
     creases += solution.angle_by_pictures.size();
     series.sigma.push_back(solution.sigma);
@@ -136,9 +137,9 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
 
   // Each moment by itself; with a lag again, once the moments after it are known.
   const auto lag = static_cast<std::size_t>(lag_moments);
-  std::deque<ChainSolution> alone;  // of the moments that may still be asked for, beside `angles`
-  std::deque<MomentAngles> angles;
-  std::size_t oldest = 0;  // the first of these
+  std::vector<MomentAngles> angles;  // by itself, of each moment
+  std::deque<ChainSolution> alone;   // of the moments not yet kept, and the last one
+  std::size_t first_alone = 0;
   for (std::size_t f = 0; f < frames + lag; ++f) {
     if (f < frames) {
       const double pull =
@@ -151,22 +152,19 @@ Status SolveTentacle(int tentacle, const TrialSpec& trial, const Rig& rig, const
           SolveChain(model, rig.cameras, views_of(f), options, alone.empty() ? nullptr : &alone.back()));
       angles.push_back(AnglesOf(sightings.time[f], model, alone.back()));
     }
-    if (f < lag) continue;
-    const std::size_t now = f - lag;
-    if (lag == 0) {
-      keep(now, alone.back());
-    } else {
-      const MomentAngles& own = angles[now - oldest];
-      const ChainSolution& own_alone = alone[now - oldest];
-      model.expected_angle = own.expected;
-      model.recalled = RecallAngles(own, std::vector<MomentAngles>(angles.begin(), angles.end()), options);
-      const bool recalls = (model.recalled.sigma.array() > 0).any();
-      keep(now, recalls ? SolveChain(model, rig.cameras, views_of(now), options, &own_alone) : own_alone);
-    }
-    if (now >= lag && alone.size() > 1) {
-      alone.pop_front();
-      angles.pop_front();
-      ++oldest;
+    if (f >= lag) {
+      const std::size_t now = f - lag;
+      const ChainSolution& by_itself = alone[now - first_alone];
+      const std::size_t from = now - std::min(now, lag);
+      model.expected_angle = angles[now].expected;
+      model.recalled = RecallAngles(
+          angles[now], std::span(angles).subspan(from, std::min(now + lag + 1, frames) - from), options);
+      if ((model.recalled.sigma.array() > 0).any()) {
+        keep(now, SolveChain(model, rig.cameras, views_of(now), options, &by_itself));
+      } else {
+        keep(now, by_itself);
+      }
+      for (; alone.size() > 1 && first_alone <= now; ++first_alone) alone.pop_front();
     }
     if (!progress.Step()) return Stopped();
   }
@@ -185,6 +183,10 @@ fs::path CameraFile(const fs::path& folder, std::size_t camera, const char* exte
 
 Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& options,
                                 const Progress& progress) {
+  if (options.smooth_lag < 0) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("smooth lag {}: expected a count of frames, 0 for none", options.smooth_lag)};
+  }
   const Result<TrialSpec> read = ReadTrialToml(folder / "trial.toml");
   if (!read.ok()) return read.error();
   const TrialSpec& trial = read.value();
@@ -263,7 +265,10 @@ Result<TrackedTrial> TrackTrial(const fs::path& folder, const TrackOptions& opti
   tracked.unknown_tags = sightings.unknown_tags;
   tracked.curves.resize(static_cast<std::size_t>(trial.gripper.tentacles));
   tracked.tentacles.resize(tracked.curves.size());
-  SharedProgress steps(progress, 0.7, 1, static_cast<double>(sightings.time.size() * tracked.curves.size()));
+  SharedProgress steps(
+      progress, 0.7, 1,
+      static_cast<double>((sightings.time.size() + static_cast<std::size_t>(options.smooth_lag)) *
+                          tracked.curves.size()));
   std::vector<std::vector<ResidualRow>> residuals(tracked.curves.size());
   const Status solved = ForEach(trial.gripper.tentacles, options.threads, [&](int tentacle) {
     return SolveTentacle(tentacle, trial, rig.value(), pulls.value(), sightings, chain, options.smooth_lag,

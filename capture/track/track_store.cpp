@@ -80,8 +80,8 @@ Result<TrackedTrial> TrackAndStore(Lab& lab, const std::string& trial_id, const 
                             {"largest_chi_square", chain.largest_chi_square}};
   if (options.smooth_lag > 0) {
     parameters["smooth_lag"] = options.smooth_lag;
-    parameters["sigma_recall_walk"] = chain.sigma_recall_walk;
-    parameters["sigma_recall_change"] = chain.sigma_recall_change;
+    parameters["sigma_recall_walk_rad_per_root_s"] = chain.sigma_recall_walk;
+    parameters["sigma_recall_change_share"] = chain.sigma_recall_change;
   }
   if (!chain.fold_law) {
     parameters["sigma_free_opening_rad"] = chain.sigma_free_opening;

@@ -33,6 +33,14 @@ TEST(RecallAngles, OnlyWhatPicturesToldIsRecalledAndOnlyWhereTheyTellLittleNow) 
   EXPECT_GT(RecallAngles(now, known, {}).sigma[0], 0.01);
 }
 
+TEST(RecallAngles, WhatAMomentOwedToExpectationsIsNotCountedAgain) {
+  // Law and pictures each knew it to 0.02: that moment to 0.02 / sqrt(2), its pictures to 0.02.
+  ChainOptions still;
+  still.sigma_recall_walk = 0;
+  const std::vector<MomentAngles> known = {Moment(0.9, 0.5, 0.6, 0.02 / std::sqrt(2.0), 0.5)};
+  EXPECT_NEAR(RecallAngles(Moment(1, 0.5, 0.52, 0.02, 0.1), known, still).sigma[0], 0.02, 1e-12);
+}
+
 TEST(RecallAngles, TheMomentThatKnowsBestIsAskedAndTheLawCarriesItOver) {
   const MomentAngles now = Moment(1, 0.5, 0.52, 0.02, 0.0);
   const std::vector<MomentAngles> near = {
