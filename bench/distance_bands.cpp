@@ -89,8 +89,11 @@ int Main(const char* folder) {
       "odd stamps, pictures taken as of one moment give or take 15 ms, corners and cameras' covariance alone",
       BandedDistances(rig.value().calibration, seen_odd, plain));
   BandModel model = EstimateBands(rig.value().calibration, seen_even, rig.value().body.rms_px / std::sqrt(8));
-  rig = CalibrateFromTags(stream.cameras,
-                          UnlinkMoving(OnOneClock(even_moving, rank, model, 4), 2 * kSynchronisedPx), sheet);
+  rig = CalibrateFromTags(
+      stream.cameras,
+      UnlinkMoving(OnOneClock(even_moving, rank, model, static_cast<int>(stream.cameras.size())),
+                   2 * kSynchronisedPx),
+      sheet);
   if (!rig.ok()) {
     fmt::print(stderr, "{}\n", rig.error().message);
     return 1;

@@ -59,6 +59,14 @@ std::optional<Error> WrongSizes(const FoldObservation& o, std::size_t index) {
     return wrong(
         fmt::format("interpolated has {} entries; expected {} or none", o.interpolated.size(), nodes));
   }
+  if (o.cameras.size() != 0 && o.cameras.size() != nodes)
+    return wrong(fmt::format("cameras has {} entries; expected {} or none", o.cameras.size(), nodes));
+  if (o.further.size() != 0 && o.further.cols() != nodes)
+    return wrong(fmt::format("further has {} columns; expected {} or none", o.further.cols(), nodes));
+  if (o.covariance_factor.size() != 0 && o.covariance_factor.rows() != 3 * nodes) {
+    return wrong(fmt::format("covariance factor has {} rows; expected {} or none", o.covariance_factor.rows(),
+                             3 * nodes));
+  }
   return std::nullopt;
 }
 

@@ -38,7 +38,8 @@ class SigmaByCameras {
     const auto above = median_.upper_bound(cameras);
     if (above == median_.begin()) return above->second;
     const auto& [count, sigma] = *std::prev(above);
-    return sigma * std::sqrt(static_cast<double>(count) / cameras);
+    const double independent = sigma * std::sqrt(static_cast<double>(count) / cameras);
+    return above == median_.end() ? independent : std::max(independent, above->second);
   }
 
  private:
@@ -353,7 +354,7 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
   const auto ratio = [&](const Outlook& then) {
     const double of_creases = now.OfCreases() > 0 ? then.OfCreases() / now.OfCreases() : 1;
     return std::sqrt((1 - hint.picture_share) * of_creases +
-                     hint.picture_share * then.pictures / now.pictures);
+                     hint.picture_share * (now.pictures > 0 ? then.pictures / now.pictures : 1));
   };
   hint.perfect_ratio = ratio(outlooks[1]);
   for (std::size_t i = 2; i < outlooks.size(); ++i) {
