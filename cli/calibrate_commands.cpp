@@ -1,6 +1,7 @@
 // tendril calibrate fold: the fold model's parameters from tracked trials.
 #include "cli/calibrate_commands.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -121,7 +122,8 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
   Provenance provenance{.program_version = ProgramVersion()};
   FitRow row;
   ViewPlaces places;
-  std::optional<TentacleDesign> own;  // as the trials state it: odd tentacles may have its mirror image
+  std::vector<std::string> no_places;  // trials of which nobody knows which camera saw what
+  std::optional<TentacleDesign> own;   // as the trials state it: odd tentacles may have its mirror image
   for (const Chosen& trial : trials) {
     Result<FoldData> data = LoadFoldData(lab.TrialFolder(trial.id));
     if (!data.ok()) return data.error();
@@ -130,13 +132,21 @@ Status FitDesign(Lab& lab, const CalibrateFoldCall& call, const std::string& des
     const Result<ViewPlaces> views = AddViews(lab.TrialFolder(trial.id), data.value());
     if (views.ok()) {
       MergePlaces(views.value(), places);
+      if (views.value().names.empty()) no_places.push_back(trial.label);
     } else {
       out.Warn(fmt::format("no hint of other views: {}", views.error().message));
+      no_places.push_back(trial.label);
     }
     for (FoldObservation& o : data.value().observations) observations.push_back(std::move(o));
     for (auto& input : data.value().input_sha256) provenance.input_sha256.push_back(std::move(input));
     row.trial_ids.push_back(trial.id);
     if (!own) own = data.value().trial.design;
+  }
+  if (!no_places.empty() && !places.names.empty()) {
+    out.Warn(fmt::format(
+        "no hint of other views: trial{} {} without residuals.csv or fold angles; track {} again",
+        no_places.size() > 1 ? "s" : "", fmt::join(no_places, ", "), no_places.size() > 1 ? "them" : "it"));
+    places = {};
   }
   FoldFitOptions options;
   options.longest_lag = call.lag;

@@ -112,6 +112,11 @@ void TellCurvature(const std::string& name, const NetCurvature& bend, Json& json
   json["curvature_per_m"] = {NumberOrNull(low), NumberOrNull(high)};
   json["median_sigma_per_m"] = NumberOrNull(sigma);
   json["row_scatter_per_m"] = NumberOrNull(scatter);
+  if (known == 0) {
+    out.Print("{}: no net curvature: in no frame are all of its nodes known (--nodes takes a part of them)",
+              name);
+    return;
+  }
   out.Print("{}: net curvature {:.3f} to {:.3f} 1/m in {} of {} frames", name, low, high, known,
             bend.value.size());
   if (std::isnan(sigma)) {
@@ -156,8 +161,10 @@ void TellLoop(const Hysteresis& loop, const Eigen::VectorXd& command, Json& json
           : fmt::format("standard error {:.3f} from {} cycles, 95 %: {:.3f} to {:.3f}", loop.standard_error,
                         loop.cycles.size(), loop.width - loop.half_95, loop.width + loop.half_95);
   out.Print("  loop: at equal actuation rising less falling is {:+.3f} 1/m ({})", loop.width, how_sure);
-  out.Print("  compared at {} levels of {}; measurement alone: sigma {:.3f} 1/m", levels,
-            loop.level.size() * static_cast<Eigen::Index>(loop.cycles.size()), loop.sigma);
+  out.Print(
+      "  compared at {} levels of {}{}", levels,
+      loop.level.size() * static_cast<Eigen::Index>(loop.cycles.size()),
+      std::isfinite(loop.sigma) ? fmt::format("; measurement alone: sigma {:.3f} 1/m", loop.sigma) : "");
   if (levels < 3 * static_cast<int>(loop.cycles.size())) {
     out.Warn(
         "the loop is compared at few levels, as the command jumps past the others: its width is that of "
@@ -198,21 +205,30 @@ Status PlotCurvature(const std::vector<CurveSeries>& curves, const CurvaturePlot
   widths.y_label = "difference of net curvature (1/m)";
   double low = kNotKnown;
   double high = kNotKnown;
-  Json& answers = out.fields()["curves"] = Json::array();
+  Json answers = Json::array();
+  bool any_sigma = false;
   for (std::size_t c = 0; c < curves.size(); ++c) {
     const CurveSeries& curve = curves[c];
     const auto nodes = call.nodes.value_or(std::pair{0, -1});
     const NetCurvature bend = NetCurvatureOf(curve, nodes.first, nodes.second);
     const int color = static_cast<int>(c % 6);
     over_time.series.push_back(Line(curve.name, curve.time, bend.value, bend.sigma, color));
-    if (bend.sigma.array().isNaN().all()) over_time.title = "Curvature over time";
+    any_sigma = any_sigma || bend.sigma.array().isFinite().any();
     Json answer;
     answer["name"] = curve.name;
     TellCurvature(curve.name, bend, answer, out);
     if (!commands.value().empty()) {
-      const auto own = commands.value().find(call.servo.value_or(static_cast<int>(c)));
-      const PlotSeries& command =
-          own != commands.value().end() ? own->second : commands.value().begin()->second;
+      const int servo = call.servo.value_or(static_cast<int>(c));
+      auto own = commands.value().find(servo);
+      if (own == commands.value().end() && commands.value().size() == 1) own = commands.value().begin();
+      if (own == commands.value().end()) {
+        out.Warn(fmt::format("{}: no servo {} in {}; name its servo with --servo-number", curve.name, servo,
+                             call.servo_log.string()));
+        answers.push_back(std::move(answer));
+        continue;
+      }
+      answer["servo"] = own->first;
+      const PlotSeries& command = own->second;
       const Eigen::VectorXd acting = CommandAt(command, curve.time);
       const Hysteresis loop = MeasureHysteresis(acting, bend.value, bend.sigma);
       TellLoop(loop, acting, answer, out);
@@ -237,6 +253,10 @@ Status PlotCurvature(const std::vector<CurveSeries>& curves, const CurvaturePlot
       }
     }
     answers.push_back(std::move(answer));
+  }
+  out.fields()["curves"] = std::move(answers);
+  if (!any_sigma) {
+    for (Panel* panel : {&over_time, &against, &widths}) panel->title.erase(panel->title.find(", 95 %"));
   }
   Figure figure;
   figure.panels = {std::move(over_time)};

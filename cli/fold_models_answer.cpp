@@ -70,8 +70,9 @@ Result<FoldFit> CompareModels(std::span<const FoldObservation> observations, con
                                                          : "-";
     const std::string held_out =
         std::isfinite(one.held_out) ? fmt::format("{:.4f}", 1e3 * one.held_out) : "-";
-    out.Print(" {}{:28} {:12.3f} {:>12} {:>18} {:9.1f}   {}", mark, NameOf(one.model),
-              1e3 * one.fit->residual_rms, held_out, behind, one.aic_difference, ParametersOf(*one.fit));
+    out.Print(" {}{:28} {:12.3f} {:>12} {:>18} {:9.1f}   {}{}", mark, NameOf(one.model),
+              1e3 * one.fit->residual_rms, held_out, behind, one.aic_difference, ParametersOf(*one.fit),
+              one.fit->converged ? "" : "   (did not converge)");
   }
   out.Print(
       "  residual: of the holes, RMS, after the fitted shape is laid on each curve as a whole; it holds sag "

@@ -91,8 +91,10 @@ Status AnswerWithBands(const std::vector<CurveSeries>& curves, std::size_t frame
   const bool normals = std::any_of(moment.begin(), moment.end(),
                                    [](const FramedCurve& curve) { return curve.normals.cols() > 0; });
   if (normals && !bands.normals_drawn) {
-    out.Print("bands of self links are too narrow: {} states no turn of the normals; track the trial again",
-              source);
+    out.Print(
+        "bands of self links are too narrow: {} states no turn of the normals (`tendril track` "
+        "does, of trials with videos)",
+        source);
   }
   for (const PairBands& pair : bands.pairs) {
     json["pairs"].push_back({{"a", Place(names, pair.a)},

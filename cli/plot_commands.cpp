@@ -133,10 +133,11 @@ Command MakePlotCurvatureCommand() {
       .declare =
           [call](CLI::App& app) {
             app.add_option("curves", call->curves, "curves file (.csv or .h5; metres)")->required();
-            app.add_option("--servo", call->servo,
-                           "servo log (CSV) whose command is drawn beside and against it");
+            CLI::Option* const servo = app.add_option(
+                "--servo", call->servo, "servo log (CSV) whose command is drawn beside and against it");
             app.add_option("--servo-number", call->servo_number,
-                           "servo whose command acts (number); else servo c on curve c, or the only one");
+                           "servo whose command acts (number); else servo c on curve c, or the only one")
+                ->needs(servo);
             app.add_option("--nodes", call->nodes, "first,last node that counts (numbers from 0); else all")
                 ->delimiter(',')
                 ->expected(2);

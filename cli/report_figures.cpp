@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analysis/study/plots.h"
+#include "capture/track/chain_solve.h"
 #include "model/median.h"
 
 namespace tendril::cli {
@@ -103,7 +104,10 @@ Figure FoldMap(const CurveSeries& series, const TentacleFacts& tentacle, std::pa
       const std::size_t cell = crease * columns.frame.size() + k;
       const NodeSight sight = std::max(tentacle.sights[frame][crease], tentacle.sights[frame][crease + 1]);
       if (sight != NodeSight::kNotSeen) heat.values[cell] = series.angle[frame][i] / kDegree;
-      heat.hatched[cell] = sight == NodeSight::kBridged ? 1 : 0;
+      const bool told = series.angle_by_pictures.empty()
+                            ? sight == NodeSight::kSeen
+                            : series.angle_by_pictures[frame][i] >= kToldByPictures;
+      heat.hatched[cell] = sight != NodeSight::kNotSeen && !told ? 1 : 0;
     }
   }
   return {.panels = {std::move(panel)}, .columns = 1, .panel_width_px = kWidth, .panel_height_px = 260};

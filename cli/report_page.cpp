@@ -104,19 +104,12 @@ std::string Stills(const TrialFacts& facts, const std::vector<PageStill>& stills
   return html + "</div>\n";
 }
 
-std::string Folds(const TrialFacts& facts, const PageFigures& figures) {
+std::string Folds(const PageFigures& figures) {
   std::string html = "<h2>Fold angles</h2>\n";
   if (figures.folds.empty()) return html + HtmlParagraph("Not in curves.h5.");
   html += HtmlParagraph(
-      "phi of each crease (half of its outer angle; 0 is flat). Hatched: a facet beside it was not seen in "
-      "this frame, so "
-      "that the angle is what the model makes of its neighbours. Gray: not known.");
-  if (facts.trial.tags.every > 1) {
-    html += HtmlParagraph(fmt::format(
-        "Tags sit on one facet in {} only: what is seen is the sum of {} neighbouring folds; how they "
-        "share it is the model's.",
-        facts.trial.tags.every, facts.trial.tags.every));
-  }
+      "phi of each crease (half of its outer angle; 0 is flat). Hatched: the pictures of this frame tell "
+      "less of it than what the model expects of its neighbours. Gray: not known.");
   return html + Plots(figures.folds);
 }
 
@@ -319,9 +312,9 @@ std::string Origins(const TrialFacts& facts) {
 
 std::string PageOf(const TrialFacts& facts, const PageFigures& figures,
                    const std::vector<PageStill>& stills) {
-  return HtmlDocument(facts.details.overview.label,
-                      Head(facts) + Stills(facts, stills) + Folds(facts, figures) + Sight(facts, figures) +
-                          Cameras(facts, figures) + Links(facts, figures) + Origins(facts));
+  return HtmlDocument(facts.details.overview.label, Head(facts) + Stills(facts, stills) + Folds(figures) +
+                                                        Sight(facts, figures) + Cameras(facts, figures) +
+                                                        Links(facts, figures) + Origins(facts));
 }
 
 }  // namespace tendril::cli

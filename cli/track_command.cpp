@@ -91,6 +91,9 @@ Status RunTrack(const TrackCall& call, Output& out) {
   out.Print("tentacles {} (--load)", tracked.value().touching ? "may touch things" : "hang free");
   if (!options.fold_law)
     out.Print("without the fold law (--no-fold-law): the pull says nothing of the folds");
+  if (options.smooth_lag > 0)
+    out.Print("creases out of sight are recalled from {} frames before and after (--smooth-lag)",
+              options.smooth_lag);
   PrintCameras(tracked.value(), call.level, out);
   out.Print("{:<12} {:>8} {:>14} {:>16} {:>16} {:>10} {:>10}", "curve", "seen %", "angles told %",
             "reprojection px", "median sigma mm", "tags used", "rejected");

@@ -25,6 +25,7 @@ python3 "$here/soft_limb_convert.py" "$log" "$files"
 trial=$lab/trials/$("$tendril" trials show --lab "$lab" "$label" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])')
 "$tendril" plot curvature "$trial/curves.h5" --servo "$trial/servo.csv" \
   --command-label "duty cycle, forward less reverse" --out "$lab/$label-curvature.svg"
+[ "$(wc -l < "$files/heat.csv")" -gt 1 ] || exit 0 # no thermometers in the log
 for limb in 0 1; do
   "$tendril" plot curvature "$trial/curves.h5" --servo "$files/heat.csv" --servo-number $limb \
     --nodes $((4 * limb)),$((4 * limb + 4)) --command-label "forward less reverse actuator's temperature (K)" \

@@ -37,6 +37,8 @@ def main(log, folder):
             duty = round(float(row[name + "_fwd"]) - float(row[name + "_rev"]), 6)
             servo.append([ns, "", number, duty, "", "", "", ""])
         for number, (forward, reverse) in enumerate(THERMOMETERS):
+            if not (row.get(forward) and row.get(reverse)):
+                continue  # a log without thermometers, or a row
             heat.append([ns, "", number, round(float(row[forward]) - float(row[reverse]), 6), "", "", "", ""])
     write("detections.csv", "camera,frame,tag,hamming,margin,x0,y0,x1,y1,x2,y2,x3,y3", detections)
     write("frames.csv", "frame,frame_id,device_ns,host_ns,status,dropped_before", frames)

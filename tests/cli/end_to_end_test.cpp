@@ -3,12 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "capture/rig/tag_layout.h"
 #include "db/files/curve_files.h"
+#include "db/files/recording_logs.h"
+#include "db/files/trial_toml.h"
 #include "tests/support/program.h"
 
 namespace tendril {
@@ -162,6 +166,43 @@ TEST(EndToEnd, RecordedTrialsBecomeCenterlinesParametersLinksAndRates) {
   EXPECT_EQ(real.exit_code, 0) << real.err;
   EXPECT_EQ(json::parse(real.out)["groups"].size(), 0u) << "virtual trials are not mixed in unasked";
   EXPECT_EQ(RunProgram({"db", "check", "--lab", lab}).exit_code, 0);
+}
+
+TEST(EndToEnd, CreasesThatFlickerAreRecalledFromNearFrames) {
+  const TemporaryFolder folder;
+  const std::string lab = folder / "lab";
+  Ask({"init", lab});
+  const std::string trial = Ask(RecordCall(lab, 7))["folder"];
+  Ask({"track", "t7", "--lab", lab});
+  // Frame 2 loses the tags of facets 20 to 30 of tentacle 0.
+  const auto rows = ReadDetections(trial + "/detections.csv");
+  const auto spec = ReadTrialToml(trial + "/trial.toml");
+  ASSERT_TRUE(rows.ok() && spec.ok());
+  const TagLayout tags =
+      LayOutTags(spec.value().design, spec.value().gripper, LayoutOptionsOf(spec.value().tags)).value();
+  std::vector<DetectionRow> left;
+  for (const DetectionRow& row : rows.value()) {
+    const bool hidden = std::any_of(tags.tags.begin(), tags.tags.end(), [&](const TagPlace& tag) {
+      return tag.id == row.tag && tag.tentacle == 0 && tag.facet >= 20 && tag.facet <= 30;
+    });
+    if (row.frame != 2 || !hidden) left.push_back(row);
+  }
+  ASSERT_LT(left.size(), rows.value().size());
+  ASSERT_TRUE(WriteDetections(trial + "/detections.csv", left).ok());
+  const auto tracked = [&](const std::string& lag) {
+    const json answer = Ask({"track", "t7", "--lab", lab, "--from-detections", "--smooth-lag", lag});
+    EXPECT_EQ(answer["frames"], 4);
+    EXPECT_EQ(answer["smooth_lag"], std::stoi(lag));
+    return ReadCurves(trial + "/curves.h5").value()[0];
+  };
+  const CurveSeries alone = tracked("0");
+  for (const std::string lag : {"1", "1000"}) {
+    const CurveSeries recalled = tracked(lag);
+    ASSERT_EQ(recalled.curves.size(), 4u);
+    for (size_t f = 0; f < 4; ++f) EXPECT_TRUE(recalled.curves[f].points.allFinite());
+    EXPECT_LT(recalled.angle_sigma[2][25], 0.9 * alone.angle_sigma[2][25]) << lag;
+    EXPECT_EQ(recalled.angle_by_pictures[2][25] < 0.5, true) << "of this frame's own pictures";
+  }
 }
 
 TEST(EndToEnd, TheSameSeedRecordsTheSameBytes) {
