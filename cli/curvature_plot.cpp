@@ -273,7 +273,9 @@ Status PlotCurvature(const std::vector<CurveSeries>& curves, const CurvaturePlot
     if (high > low) {
       against.x_range = widths.x_range = {{low - 0.05 * (high - low), high + 0.05 * (high - low)}};
     }
-    for (Panel* panel : {&command, &against, &widths}) figure.panels.push_back(std::move(*panel));
+    figure.panels.push_back(std::move(command));
+    figure.panels.push_back(std::move(against));
+    if (!widths.series.empty()) figure.panels.push_back(std::move(widths));
   }
   return DrawFigure(figure, call.file);
 }

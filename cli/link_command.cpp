@@ -311,23 +311,23 @@ Command MakeLinkCommand() {
           [call](CLI::App& app) {
             CLI::Option* const curves =
                 app.add_option("curves", call->curves, "curves file (.csv or .h5; metres)");
-            app.add_option(
-                   "--trial", call->trial,
-                   "measure a tracked trial instead (label or id): all frames, about its object's axis; "
-                   "the database keeps the result")
-                ->excludes(curves);
+            CLI::Option* const trial = app.add_option(
+                "--trial", call->trial,
+                "measure a tracked trial instead (label or id): all frames, about its object's axis; "
+                "the database keeps the result");
+            trial->excludes(curves);
             AddLabOption(app, call->lab);
-            app.add_option(
+            trial->excludes(app.add_option(
                 "--axis", call->axis,
-                "the object's axis as \"x,y,z,dx,dy,dz\": a point on it (m) and its direction (any length)");
+                "the object's axis as \"x,y,z,dx,dy,dz\": a point on it (m) and its direction (any length)"));
             app.add_option(
                    "--closure", call->closure,
                    "how open curves go on: rays (to infinity), none, or straight ends of K arc lengths: "
                    "next_tangent:K, end_to_end:K, net_tangent:K")
                 ->capture_default_str();
-            app.add_option("--frame", call->frame,
-                           "frame number (from 0), last, or all (then also over time)")
-                ->capture_default_str();
+            trial->excludes(app.add_option("--frame", call->frame,
+                                           "frame number (from 0), last, or all (then also over time)")
+                                ->capture_default_str());
             app.add_option(
                    "--accuracy", call->accuracy,
                    "exact (pair by pair, with error bounds; the default for one frame) or fast (vector "

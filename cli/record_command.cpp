@@ -217,7 +217,9 @@ void DeclareTrial(CLI::App& app, RecordCall& call) {
       ->capture_default_str();
   app.add_option("--pull-rate", call.trial.pull_rate, "commanded, fraction per second")
       ->capture_default_str();
-  app.add_option("--distance", call.distance, "carrier to object, metres")->capture_default_str();
+  app.add_option("--distance", call.distance, "carrier to object, metres")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--object-radius", call.trial.object.radius, "of the cylinder, metres")
       ->capture_default_str();
   app.add_option("--object-length", call.trial.object.length, "of the cylinder, metres")
