@@ -20,6 +20,7 @@
 
 #include "capture/track/recall.h"
 #include "model/fold/fold.h"
+#include "tests/support/normal_turns.h"
 #include "tests/support/tag_film.h"
 #include "tests/support/virtual_views.h"
 
@@ -111,28 +112,10 @@ void PrintAngles(const AnglesByGap& by_gap) {
     if (n == 0) continue;
     fmt::print(
         "  angles, {}{} unseen beside: {:.0f}, {:.2f} deg RMS (mean {:+.2f}, the law's {:+.2f}), stated "
-        "{:.2f}, "
-        "inside {}, by pictures {:.0f} %\n",
+        "{:.2f}, inside {}, by pictures {:.0f} %\n",
         gap, gap == 3 ? "+" : "", n, kDegrees * std::sqrt(a.squares / n), kDegrees * a.error / n,
         kDegrees * a.law / n, kDegrees * std::sqrt(a.variance / n), a.share.text(), 100 * a.by_pictures / n);
   }
-}
-
-// By how much each normal of the truth is turned about the curve against the one found, rad.
-Eigen::VectorXd TurnsBetween(const FramedCurve& found, const FramedCurve& truth) {
-  const Eigen::Index last = found.points.cols() - 1;
-  Eigen::VectorXd turns(last + 1);
-  for (Eigen::Index i = 0; i <= last; ++i) {
-    const Eigen::Vector3d before =
-        found.points.col(std::max<Eigen::Index>(i, 1)) - found.points.col(std::max<Eigen::Index>(i, 1) - 1);
-    const Eigen::Vector3d after =
-        found.points.col(std::min(i, last - 1) + 1) - found.points.col(std::min(i, last - 1));
-    const Eigen::Vector3d tangent = (before.normalized() + after.normalized()).normalized();
-    const Eigen::Vector3d a = found.normals.col(i);
-    const Eigen::Vector3d b = truth.normals.col(i);
-    turns[i] = std::atan2(tangent.dot(a.cross(b)), a.dot(b) - a.dot(tangent) * b.dot(tangent));
-  }
-  return turns;
 }
 
 struct Case {
@@ -218,7 +201,8 @@ void Run(const Case& one, std::uint64_t first, int seeds, int moments) {
       }
       const Eigen::MatrixXd& factor = found.covariance_factor;
       const Eigen::Matrix3Xd error = found.curve.points - tentacle.holes;
-      const Eigen::VectorXd turned = TurnsBetween(found.curve, shape.tentacles[0].centerline);
+      const Eigen::VectorXd turned =
+          testing_support::TurnsBetween(found.curve, shape.tentacles[0].centerline);
       for (int i = 0; i < error.cols(); ++i) {
         if (std::isnan(found.sigma[i])) {
           ++not_seen;

@@ -1,5 +1,5 @@
-// distance_bands FOLDER: are the distances of tags that are fixed to each other constant within their stated
-// bands, in a recorded stream of several real cameras that no trigger couples? FOLDER as for
+// bench_distance_bands FOLDER: are the distances of tags that are fixed to each other constant within their
+// stated bands, in a recorded stream of several real cameras that no trigger couples? FOLDER as for
 // multicamera_report. Cameras, offsets in time and what the bands are made of come from the even stamps; the
 // odd ones are only looked at. docs/detection.md quotes what it prints.
 #include <fmt/core.h>
@@ -136,7 +136,7 @@ int Main(const char* folder) {
 int main(int argc, char** argv) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   if (argc != 2) {
-    fmt::print(stderr, "usage: distance_bands FOLDER\n");
+    fmt::print(stderr, "usage: bench_distance_bands FOLDER\n");
     return 2;
   }
   return tendril::Main(argv[1]);

@@ -1,6 +1,6 @@
 // multicamera_report FOLDER: how well the tags of a recorded stream of several real cameras triangulate, and
 // how far the cameras' pictures of equal stamp lie apart in time (distances against their bands:
-// distance_bands). FOLDER holds cameras.yaml and tag_detections.csv.gz of the tagslam_test data;
+// bench/distance_bands). FOLDER holds cameras.yaml and tag_detections.csv.gz of the tagslam_test data;
 // docs/detection.md quotes what it prints.
 #include <fmt/core.h>
 

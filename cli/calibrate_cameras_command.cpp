@@ -189,6 +189,7 @@ Result<Calibrated> FromTags(const CalibrateCamerasCall& call, Output& out) {
 Error BoardNotFound(const Board& board, const BoardsSeen& seen) {
   int pictures = 0;
   for (const int count : seen.pictures) pictures += count;
+  if (pictures == 0) return {ErrorKind::kBadInput, "no camera has a picture to look for boards in"};
   const char* counted =
       "inner corners across x down, one less than the squares each way, and all of them in the picture";
   if (board.kind == BoardKind::kCharuco)
@@ -211,8 +212,8 @@ Result<Calibrated> FromBoard(const CalibrateCamerasCall& call, Output& out) {
   }
   auto seen = FindBoards(pictures.value(), board.value(), call.every, out.ShowProgress("boards"));
   if (!seen.ok()) return seen.error();
-  if (seen.value().views.empty()) return BoardNotFound(board.value(), seen.value());
   for (const std::string& note : seen.value().notes) out.Warn(note);
+  if (seen.value().views.empty()) return BoardNotFound(board.value(), seen.value());
   if (LooksSameTurned(board.value()) && pictures.value().size() > 1) {
     out.Warn(
         fmt::format("a chessboard of {} x {} corners looks the same turned by half a turn: every camera must "

@@ -5,13 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "calibrate/fold/fold_data.h"
@@ -22,9 +19,7 @@
 #include "cli/fold_models_answer.h"
 #include "cli/lab_option.h"
 #include "cli/program_version.h"
-#include "db/files/design_toml.h"
 #include "db/files/safe_file.h"
-#include "db/files/toml_write.h"
 #include "db/trial_query.h"
 #include "db/trial_store.h"
 
@@ -231,7 +226,9 @@ Status RunCalibrateFold(const CalibrateFoldCall& call, Output& out) {
       return Error{ErrorKind::kBadInput,
                    fmt::format("--out {}: is a folder; expected a file (TOML)", call.out)};
     if (access(folder.c_str(), W_OK) != 0)
-      return Error{ErrorKind::kBadInput, fmt::format("--out {}: its folder cannot be written to", call.out)};
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("--out {}: {} cannot be written to; name a file in another folder", call.out,
+                               folder.string())};
   }
   if (!call.out.empty() && std::filesystem::exists(call.out)) {
     const Result<std::string> there = ReadText(call.out);

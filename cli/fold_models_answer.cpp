@@ -76,12 +76,10 @@ Result<FoldFit> CompareModels(std::span<const FoldObservation> observations, con
   }
   out.Print(
       "  residual: of the holes, RMS, after the fitted shape is laid on each curve as a whole; it holds sag "
-      "and bent "
-      "facets, too");
+      "and bent facets, too");
   out.Print(
       "  held-out: of distances between near holes, RMS under a robust loss, of trials that the parameters "
-      "were "
-      "not fitted to (one left out at a time); it decides");
+      "were not fitted to (one left out at a time); it decides");
   out.Print(
       "  dAIC takes a loss of {:.1f} in the {} rows for one, as much as those of one trial err together",
       c.inflation, c.rows);

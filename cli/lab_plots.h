@@ -1,6 +1,6 @@
 #pragma once
-// Figures of what a lab holds: success rates, centerlines, links over time. SVG or PNG by the
-// file's extension.
+// Figures of what a lab holds: success rates, centerlines, links over time. SVG or PNG by the file's
+// extension.
 
 #include <filesystem>
 #include <string>

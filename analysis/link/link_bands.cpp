@@ -222,9 +222,10 @@ Result<LinkBands> MeasureLinkBands(std::span<const FramedCurve> curves,
   for (std::size_t k = 0; k < turns.size(); ++k) {
     if (turns[k].rows() == 0 && curves[k].normals.cols() > 0) bands.normals_drawn = false;
   }
+  const Eigen::MatrixXd no_turn;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     for (std::size_t k = 0; k < count; ++k) {
-      drawn[k] = DrawnCurve(curves[k], factors[k], turns.empty() ? Eigen::MatrixXd() : turns[k], random);
+      drawn[k] = DrawnCurve(curves[k], factors[k], turns.empty() ? no_turn : turns[k], random);
     }
     Result<LinkReport> measured = MeasureLink(drawn, fast);
     if (!measured.ok()) return measured.error();

@@ -62,9 +62,8 @@ struct LinkBandOptions {
 // perpendicular to the drawn curve and turned about it by G z. Without G they are not turned: the self-link's
 // band then knows the centerline's errors only, and is too narrow.
 //   factors  of each curve: F with cov(points, x0 y0 z0 x1 ...) = F F^T, m                    (3 nodes, any)
-//   turns    of each curve: G, rad; its first columns are those of F, and z goes on for the others. No
-//   curves,
-//            or a G without rows: not known                                     (nodes, F's columns or more)
+//   turns    of each curve: G, rad; its first columns are those of F, and z goes on for the others. None, or
+//            a G without rows: not known                                        (nodes, F's columns or more)
 //   errors   kBadInput  as MeasureLink; a factor of another number of nodes or not finite; a G with fewer
 //                       columns than F; draws < 2
 //            kStopped   progress said so

@@ -160,7 +160,6 @@ Result<FitFrames> PrepareFrames(std::span<const FoldObservation> observations,
     }
     frame.layout = &place->second;
     frame.observed = &o;
-    frame.design = &o.design;
     frame.observation = i;
     frame.commanded_pull = o.commanded_pull;
     frame.law = options.model.law;
@@ -191,7 +190,7 @@ std::optional<double> EffectivePull(const FitFrame& frame, const SharedVector& p
 std::optional<FoldTangent> FoldOf(const FitFrame& frame, const SharedVector& parameters, double nuisance) {
   const std::optional<double> pull = EffectivePull(frame, parameters, nuisance);
   if (!pull) return std::nullopt;
-  Result<FoldTangent> fold = FoldAt(*frame.design, *frame.layout,
+  Result<FoldTangent> fold = FoldAt(frame.observed->design, *frame.layout,
                                     {.effective_pull = *pull,
                                      .log_ratio = parameters[1],
                                      .exponent = parameters[2],

@@ -22,7 +22,6 @@ enum class PullSource {
 struct FitFrame {
   std::size_t observation = 0;  // index into the caller's observations
   const FoldObservation* observed = nullptr;
-  const TentacleDesign* design = nullptr;
   const TentacleLayout* layout = nullptr;
   int trial = 0;
   double commanded_pull = 0;

@@ -21,7 +21,7 @@ class FrameCost final : public ceres::CostFunction {
  public:
   FrameCost(const FitFrame& frame, const ShapeResidualOptions& options, double huber)
       : frame_(frame), options_(options), huber_(huber) {
-    set_num_residuals(ResidualRows(frame.seen, frame.design->holes, options));
+    set_num_residuals(ResidualRows(frame.seen, frame.observed->design.holes, options));
     mutable_parameter_block_sizes()->push_back(kShared);
     if (frame.nuisance >= 0) mutable_parameter_block_sizes()->push_back(1);
   }
@@ -106,7 +106,7 @@ Status SolveFit(const FitFrames& frames, const HeldParameters& held, double hube
     }
     if (!held[kRestAngle]) {
       double most = std::numbers::pi / 2;
-      for (const FitFrame& frame : frames.frames) most = std::min(most, frame.design->closed_angle);
+      for (const FitFrame& frame : frames.frames) most = std::min(most, frame.observed->design.closed_angle);
       problem.SetParameterLowerBound(solution.parameters.data(), kRestAngle, 0);
       problem.SetParameterUpperBound(solution.parameters.data(), kRestAngle, 0.95 * most);
     }

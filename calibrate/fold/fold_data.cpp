@@ -15,7 +15,7 @@
 namespace tendril {
 namespace {
 
-constexpr std::size_t kCovariances = 6;  // of a curve over time that are kept: they are large
+constexpr std::size_t kCovariances = 6;  // of a curve over time are kept at most: they are large
 
 std::optional<int> TentacleOf(const std::string& name) {
   constexpr std::string_view kPrefix = "tentacle";
@@ -100,8 +100,8 @@ Result<FoldData> LoadFoldData(const std::filesystem::path& trial_folder) {
       o.curve = series.curves[frame];
       if (!series.sigma.empty()) o.sigma = series.sigma[frame];
       if (!series.interpolated.empty()) o.interpolated = series.interpolated[frame];
-      // The last ones are folded most; they tell for all.
-      const std::size_t stride = std::max<std::size_t>(1, series.curves.size() / kCovariances);
+      // Evenly over time and with the last frame, which of a pull that rises is folded most.
+      const std::size_t stride = (series.curves.size() + kCovariances - 1) / kCovariances;
       if (!series.covariance_factor.empty() && (series.curves.size() - 1 - frame) % stride == 0)
         o.covariance_factor = series.covariance_factor[frame];
       data.observations.push_back(std::move(o));

@@ -211,7 +211,7 @@ Result<FitRun> RunFit(std::span<const FoldObservation> observations, const FoldF
   FitFrames frames = std::move(prepared).value();
   if (frames.frames.empty()) return NothingUsable(frames, observations);
 
-  const TentacleDesign& first = *frames.frames.front().design;
+  const TentacleDesign& first = frames.frames.front().observed->design;
   Solution solution;
   const double ratio = std::isnan(options.start_ratio) ? first.stiffness_ratio : options.start_ratio;
   const double exponent =

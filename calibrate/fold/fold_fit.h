@@ -39,8 +39,8 @@ struct FoldObservation {
   // For the hint of a further view (view_places.h makes them); no entries: not known.
   Eigen::VectorXi cameras;  // that saw the node's facet                                        (nodes)
   Eigen::MatrixXi further;  // views of it that each of the options' places would add   (places, nodes)
-  // F with cov(curve.points, stacked x0 y0 z0 x1 ...) = F F^T, m; of some observations is enough  (3 nodes,
-  // rank)
+  // F with cov(curve.points, stacked x0 y0 z0 x1 ...) = F F^T, m; some observations' is enough
+  // (3 nodes, rank)
   Eigen::MatrixXd covariance_factor;
 };
 

@@ -46,6 +46,16 @@ class SigmaByCameras {
   std::map<int, double> median_;
 };
 
+// So many seen nodes, not filled in.
+SeenNodes Unfilled(std::size_t count) {
+  const auto n = static_cast<Eigen::Index>(count);
+  SeenNodes nodes;
+  nodes.index.resize(n);
+  nodes.sigma.resize(n);
+  nodes.points.resize(3, n);
+  return nodes;
+}
+
 // What is seen of a frame in one of the cases: as it is, perfectly, or with a place's views.
 enum { kNow = -1, kPerfect = -2 };
 SeenNodes SeenWith(const FitFrame& frame, const NodeMotion& motion, int place, const SigmaByCameras& sigmas) {
@@ -67,12 +77,8 @@ SeenNodes SeenWith(const FitFrame& frame, const NodeMotion& motion, int place, c
     }
     if (std::isfinite(sigma)) list.emplace_back(node, sigma);
   }
-  SeenNodes with;
-  const Eigen::Index n = static_cast<Eigen::Index>(list.size());
-  with.index.resize(n);
-  with.sigma.resize(n);
-  with.points.resize(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
+  SeenNodes with = Unfilled(list.size());
+  for (Eigen::Index i = 0; i < with.index.size(); ++i) {
     const auto& [node, sigma] = list[static_cast<std::size_t>(i)];
     with.index[i] = node;
     with.sigma[i] = sigma;
@@ -91,11 +97,8 @@ struct NuisanceSums {
 struct Outlook {
   Information information{};
   std::vector<NuisanceSums> nuisances;
-  SharedVector influence = SharedVector::Zero();  // row of the inverse information
-  double pictures = 0;                            // variance by the stated sigmas
-  // Of frames that state their covariance: by that, and by their sigmas.
-  double together = 0;
-  double alone = 0;
+  SharedVector influence = SharedVector::Zero();           // row of the inverse information
+  double pictures = 0;                                     // variance by the stated sigmas
   std::map<std::pair<int, int>, Eigen::VectorXd> creases;  // by trial and tentacle: share of each crease
 
   double OfCreases() const {
@@ -137,8 +140,7 @@ Eigen::VectorXd WeightOfRows(const FitFrame& frame, const FrameResidual& at, con
 }
 
 // How the estimate follows each seen node: weight of the rows through their directions.
-//   places  of the nodes, whatever frame the answer is wanted in                                     (3,
-//   seen)
+//   places  of the nodes, whatever frame the answer is wanted in                              (3, seen)
 Eigen::Matrix3Xd FollowedNodes(const std::vector<NodePair>& pairs, const Eigen::VectorXd& weight,
                                const Eigen::VectorXd& row_sigma, const Eigen::Matrix3Xd& places) {
   Eigen::Matrix3Xd followed = Eigen::Matrix3Xd::Zero(3, places.cols());
@@ -216,12 +218,8 @@ SeenNodes Common(const SeenNodes& first, const SeenNodes& second) {
     i += advance_first ? 1 : 0;
     j += advance_second ? 1 : 0;
   }
-  SeenNodes common;
-  const Eigen::Index n = static_cast<Eigen::Index>(both.size());
-  common.index.resize(n);
-  common.sigma.resize(n);
-  common.points.resize(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
+  SeenNodes common = Unfilled(both.size());
+  for (Eigen::Index i = 0; i < common.index.size(); ++i) {
     const auto& [a, b] = both[static_cast<std::size_t>(i)];
     common.index[i] = first.index[a];
     common.points.col(i) = first.points.col(a);
@@ -269,6 +267,28 @@ std::optional<double> MeasuredNoise(const FitRun& run, const FoldFitOptions& opt
   }
   if (repeats < kFewestRepeats || !(foretold > 0)) return std::nullopt;
   return squares / foretold;
+}
+
+// The same by the covariance that frames state along the curve. None: no frame states it.
+std::optional<double> StatedNoise(const FitRun& run, const FoldFitOptions& options, const Outlook& now) {
+  double together = 0;
+  double alone = 0;
+  for (const FitFrame& frame : run.frames.frames) {
+    const Eigen::MatrixXd& factor = frame.observed->covariance_factor;
+    if (factor.size() == 0) continue;
+    const double nuisance = NuisanceOf(frame, run.solution.nuisances);
+    const std::optional<FoldTangent> fold = FoldOf(frame, run.solution.parameters, nuisance);
+    if (!fold) continue;
+    const NodeMotion motion = MoveNodes(*frame.layout, *fold);
+    const std::vector<NodePair> pairs = PairsOf(frame.seen, options.residual.creases);
+    const Eigen::VectorXd weight = WeightOfRows(
+        frame, ResidualOfFrame(frame, motion, run.solution.parameters, nuisance, options.residual), now);
+    const Eigen::VectorXd sigma = RowSigma(pairs, frame.seen, options.residual.model_error);
+    alone += VarianceAlone(FollowedNodes(pairs, weight, sigma, ModelNodes(frame.seen, motion)), frame.seen);
+    together += VarianceTogether(FollowedNodes(pairs, weight, sigma, frame.seen.points), frame.seen, factor);
+  }
+  if (!(alone > 0)) return std::nullopt;
+  return together / alone;
 }
 
 }  // namespace
@@ -328,11 +348,6 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
         const Eigen::Matrix3Xd followed = FollowedNodes(pairs, weight, sigma, ModelNodes(frame.seen, motion));
         outlook.pictures += VarianceAlone(followed, frame.seen);
         AddCreases(pairs, weight, sigma, frame.seen, by_crease, outlook.creases[TentacleOf(frame)]);
-        const Eigen::MatrixXd& factor = frame.observed->covariance_factor;
-        if (&outlook != &outlooks.front() || factor.rows() != 3 * motion.nodes.cols()) return;
-        outlook.alone += VarianceAlone(followed, frame.seen);
-        outlook.together +=
-            VarianceTogether(FollowedNodes(pairs, weight, sigma, frame.seen.points), frame.seen, factor);
       },
       MotionByCreases);
 
@@ -343,13 +358,12 @@ std::optional<ViewHint> ViewHintOf(const FitRun& run, const FoldFitOptions& opti
   if (measured) {
     hint.known_from = PictureErrors::kRepeats;
     factor = *measured;
-  } else if (now.alone > 0) {
+  } else if (const std::optional<double> stated = StatedNoise(run, options, now)) {
     hint.known_from = PictureErrors::kCovariance;
-    factor = now.together / now.alone;
+    factor = *stated;
   }
-  // The trials' scatter is known from few trials: by chance it may be less than the pictures alone would
-  // give.
-  // All frames have errors of their own, not only those that were looked at.
+  // All frames have errors of their own, not only those that were looked at. The trials' scatter is known
+  // from few trials: by chance it may be less than the pictures alone would give.
   hint.picture_share = std::min(1.0, factor * share * now.pictures / variance);
   const auto ratio = [&](const Outlook& then) {
     const double of_creases = now.OfCreases() > 0 ? then.OfCreases() / now.OfCreases() : 1;

@@ -81,7 +81,6 @@ std::vector<Eigen::VectorXi> CountViews(std::span<const FoldedTentacle> tentacle
 }
 
 struct Setting {
-  const TrialSpec& trial;
   Rig rig;
   TagLayout tags;
   std::optional<TagLayout> all_tags;  // none: no more would fit
@@ -91,7 +90,7 @@ struct Setting {
 };
 
 Result<Setting> SettingOf(const TrialSpec& trial) {
-  Setting setting{.trial = trial, .rig = {}, .tags = {}, .all_tags = {}, .candidates = {}, .layouts = {}};
+  Setting setting{.rig = {}, .tags = {}, .all_tags = {}, .candidates = {}, .layouts = {}};
   Result<Rig> rig = ParseRig(trial.rig_toml, "rig " + trial.rig_name);
   if (!rig.ok()) return rig.error();
   setting.rig = std::move(rig).value();
@@ -142,10 +141,10 @@ std::vector<Eigen::MatrixXi> FurtherAt(const Setting& setting, std::span<const F
 
 void Compare(const Setting& setting, std::span<const FoldedTentacle> tentacles,
              const std::map<std::pair<int, int>, std::set<int>>& sight, ViewPlaces& places) {
+  std::set<std::pair<int, int>> asked;
+  for (const TagPlace& tag : setting.tags.tags) asked.insert({tag.tentacle, tag.facet});
   for (std::size_t c = 0; c < setting.rig.cameras.size(); ++c) {
     const auto foretold = FacetsSeen(tentacles, setting.tags, setting.modules, setting.rig.cameras[c]);
-    std::set<std::pair<int, int>> asked;
-    for (const TagPlace& tag : setting.tags.tags) asked.insert({tag.tentacle, tag.facet});
     for (const auto& [tentacle, facet] : asked) {
       if (tentacles[static_cast<std::size_t>(tentacle)].lab_from_sheet.empty()) continue;
       const auto found = sight.find({tentacle, facet});

@@ -26,7 +26,8 @@ AngleKnowledge KnowledgeOfAngles(const ChainProblem& problem, const Descent& run
                                  const ChainCholesky& cholesky, double inflation) {
   std::vector<AngleMotion> motions;
   for (std::size_t i = 0; i < problem.creases.size(); ++i) {
-    motions.push_back(MotionOfAngle(problem.creases[i], run.facets[i].rotation, run.facets[i + 1].rotation));
+    motions.push_back(
+        MotionOfAngle(problem.creases[i], run.facets[i].rotation.transpose() * run.facets[i + 1].rotation));
   }
   const Eigen::VectorXd variances = Variances(motions, cholesky);
   AngleKnowledge knowledge{.sigma = (inflation * variances).cwiseSqrt(),

@@ -75,9 +75,7 @@ double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& bef
   return FoldAngleOf(crease, TurningOf(crease, relative));
 }
 
-AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
-                          const Eigen::Matrix3d& after) {
-  const Eigen::Matrix3d relative = before.transpose() * after;
+AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& relative) {
   const Turning turning = TurningOf(crease, relative);
   AngleMotion motion{.angle = FoldAngleOf(crease, turning)};
   const double square = turning.sine * turning.sine + turning.cosine * turning.cosine;
@@ -128,7 +126,7 @@ CreaseFit FitOfCrease(const CreaseGeometry& crease, const CreasePrior& prior, in
   jacobian.block<2, 3>(3, kAfter) = -sideways * relative * CrossMatrix(crease.along) / prior.sigma_swing;
 
   // The fold angle.
-  const AngleMotion fold = MotionOfAngle(crease, before.rotation, after.rotation);
+  const AngleMotion fold = MotionOfAngle(crease, relative);
   const int parity = crease_number % 2;
   residual[5] =
       (fold.angle - prior.expected_angle - prior.compliance * before.opening[parity]) / prior.sigma_angle;

@@ -44,15 +44,15 @@ CreaseGeometry GeometryOfCrease(const TentacleLayout& layout, int crease);
 double FoldAngleBetween(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
                         const Eigen::Matrix3d& after);
 
-// The fold angle, and how it moves with a step w of either facet: d phi = before . w_before + after .
-// w_after.
+// The fold angle, and how it moves with a step w of either facet:
+// d phi = before . w_before + after . w_after.
 struct AngleMotion {
   double angle = 0;
   Eigen::RowVector3d before = Eigen::RowVector3d::Zero();
   Eigen::RowVector3d after = Eigen::RowVector3d::Zero();
 };
-AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& before,
-                          const Eigen::Matrix3d& after);
+//   relative  from the facet after to the one before: before^T after of their rotations
+AngleMotion MotionOfAngle(const CreaseGeometry& crease, const Eigen::Matrix3d& relative);
 
 // What is expected of a crease, and how firmly.
 struct CreasePrior {

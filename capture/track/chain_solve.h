@@ -51,8 +51,7 @@ struct ChainSolution {
   std::vector<FacetState> facets;  // (holes)
   Eigen::VectorXd angle;           // phi_i, rad                                                   (creases)
   Eigen::VectorXd angle_sigma;     // of these, rad; NaN: not known                                (creases)
-  // Share of what is known of phi_i that this moment's pictures tell, 0 to 1; the rest is expectation.
-  // (creases)
+  // Share of what is known of phi_i that this moment's pictures tell, 0 to 1                      (creases)
   Eigen::VectorXd angle_by_pictures;
   FramedCurve curve;             // nodes are the holes, in the lab
   Eigen::VectorXd sigma;         // root mean square distance to the true hole, m; NaN: not seen   (holes)

@@ -1,7 +1,7 @@
 #pragma once
 // The planar centerline of a limb that carries a chain of tags, seen side-on by one camera: nodes are the
-// tags' centres in order. What was not seen is not made up: its points and sigma (of a
-// coordinate) are NaN.
+// tags' centres in order. What was not seen is not made up: its points and sigma (of a coordinate)
+// are NaN.
 //
 // Lab frame: the limb moves in the plane y = 0; the camera looks along +y with x to the right, z up.
 

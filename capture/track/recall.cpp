@@ -4,6 +4,7 @@
 #include <limits>
 
 namespace tendril {
+
 MomentAngles AnglesOf(double time, const ChainModel& model, const ChainSolution& solution) {
   return {.time = time,
           .expected = model.expected_angle,

@@ -20,9 +20,8 @@ struct NetCurvature {
 // far.
 //   first, last  nodes that count, 0 <= first, last < nodes; last -1: the last
 //   returns      sigma by first-order propagation of the covariance factor, central differences along each of
-//   its
-//                columns; the axis is taken as known. Errors that stretch all lengths alike (the scale) are
-//                not in the factor of a chain that was scaled by hand, nor in sigma.
+//                its columns; the axis is taken as known. Errors that stretch all lengths alike (the scale)
+//                are not in the factor of a chain that was scaled by hand, nor in sigma.
 NetCurvature NetCurvatureOf(const CurveSeries& series, Eigen::Index first = 0, Eigen::Index last = -1);
 
 }  // namespace tendril

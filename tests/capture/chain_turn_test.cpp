@@ -11,10 +11,14 @@
 #include "capture/track/chain_curve.h"
 #include "model/fold/facet_chain.h"
 #include "model/fold/fold.h"
+#include "tests/support/normal_turns.h"
 #include "tests/support/virtual_views.h"
 
 namespace tendril {
 namespace {
+
+using testing_support::TangentAt;
+using testing_support::TurnsBetween;
 
 std::vector<FacetState> FoldedFacets(const TentacleLayout& layout, double pull) {
   const FacetChain chain = FoldChain(layout, SolveFold(TentacleDesign{}, pull).value().angle);
@@ -27,24 +31,6 @@ std::vector<FacetState> FoldedFacets(const TentacleLayout& layout, double pull) 
     facets.push_back(facet);
   }
   return facets;
-}
-
-Eigen::Vector3d TangentAt(const Eigen::Matrix3Xd& points, Eigen::Index node) {
-  const auto piece = [&](Eigen::Index from) {
-    return Eigen::Vector3d(points.col(from + 1) - points.col(from)).normalized();
-  };
-  return (piece(std::max<Eigen::Index>(node - 1, 0)) + piece(std::min(node, points.cols() - 2))).normalized();
-}
-
-// From the first curve's normals, made perpendicular to the second curve, to the second's.
-Eigen::VectorXd TurnsBetween(const FramedCurve& first, const FramedCurve& second) {
-  Eigen::VectorXd turns(first.points.cols());
-  for (Eigen::Index i = 0; i < turns.size(); ++i) {
-    const Eigen::Vector3d t = TangentAt(second.points, i);
-    const Eigen::Vector3d a = first.normals.col(i) - t * t.dot(first.normals.col(i));
-    turns[i] = std::atan2(t.dot(a.cross(second.normals.col(i))), a.dot(second.normals.col(i)));
-  }
-  return turns;
 }
 
 TEST(CurveOfSteps, IsWhatTheCurveDoesWhenFacetsMove) {
